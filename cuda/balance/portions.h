@@ -35,14 +35,4 @@ class Claims {
   std::uint64_t count_;  // number of items; 0 once all are claimed
 };
 
-/// Returns the size of the next portion by guided self-scheduling (Polychronopoulos and Kuck 1987),
-/// from 1 to 2^16. Portions are large at first, so there are few of them, and single items at the
-/// end, so all workers finish together. Half of an even share is given: the other half is for
-/// workers whose items turn out to be light.
-LAZYCCD_HD inline std::uint32_t guided_size(std::uint64_t rest, std::uint32_t workers) {
-  constexpr std::uint64_t max_size = 1u << 16;
-  const std::uint64_t size = rest / (2 * std::uint64_t{workers});
-  return static_cast<std::uint32_t>(size < 1 ? 1 : size < max_size ? size : max_size);
-}
-
 }  // namespace lazyccd

@@ -3,8 +3,8 @@
 // The counter `live` holds one unit for each busy worker and one for each published chunk. Only a
 // busy worker creates units. It counts a chunk before it publishes the chunk, and until then its
 // own unit keeps `live` above zero. Therefore zero is final: once a worker has seen zero, no work
-// is left. In guided.h and in task stealing an idle worker counts itself before it takes work. If
-// `live` was zero, it finds none and takes its unit back.
+// is left. In some strategies an idle worker counts itself before it takes work. If `live` was
+// zero, it finds none and takes its unit back.
 //
 // A run starts with all workers idle and the initial chunks counted. So it does not depend on all
 // workers being present: the device may not have started a block, or a thread may still sleep.

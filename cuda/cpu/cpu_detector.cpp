@@ -8,8 +8,13 @@
 #include "core/narrow/contact_math.h"
 #include "core/narrow/separation.h"
 #include "core/profile.h"
+#include "cpu/balanced_traversal.h"
+#include "lazyccd/debug/stopwatch.h"
 #include "cpu/detector_worker.h"
+#include "cpu/extension.h"
 #include "cpu/narrow/candidate_batches.h"
+#include "cpu/strategies/lazy_stealing.h"
+#include "host/extension.h"
 #include "host/scene/positions.h"
 #include "host/scene/scale.h"
 #include "host/threads/thread_pool.h"
@@ -19,13 +24,22 @@
 namespace lazyccd {
 namespace {
 
-// Normal cones and orphan sets rule out pairs that cannot touch. Such pairs can still come within
-// the separation.
-AlgorithmOptions algorithm_for(const DetectorOptions& options) {
-  AlgorithmOptions algorithm = options.algorithm;
-  if (options.separation > 0)
-    algorithm.culling.normal_cones = algorithm.culling.orphan_sets = false;
-  return algorithm;
+std::unique_ptr<TraversalRun> make_traversal(ThreadPool& pool, const AlgorithmOptions& options) {
+  if (options.strategy != Strategy::lazy_stealing)
+    return find_extension(options)->cpu->make_traversal(pool, options.strategy, options.tuning);
+  return std::make_unique<BalancedTraversal<LazyStealing<NodePair>>>(
+      pool, 0u, 0u, static_cast<std::uint32_t>(options.tuning.chunk));
+}
+
+std::unique_ptr<NodeCulling> make_culling(const DetectorOptions& options) {
+  if (!culls_nodes(options)) return nullptr;
+  return find_extension(options.algorithm)
+      ->cpu->make_culling(options, separation_margin(options.separation));
+}
+
+std::unique_ptr<ExcludedPairs> make_excluded_pairs(const DetectorOptions& options) {
+  if (!excludes_pairs(options)) return nullptr;
+  return find_extension(options.algorithm)->cpu->make_excluded_pairs();
 }
 
 bool is_vertex_face(const Contact& contact) { return contact.kind == ContactKind::vertex_face; }
@@ -38,14 +52,15 @@ CpuDetector::CpuDetector(const DetectorOptions& options, const Threads& threads,
       kernels_(&kernels),
       threads_(threads),
       pool_(threads_.pool()),
-      traversal_(pool_, options.algorithm.strategy, options.algorithm.tuning),
-      hierarchy_(algorithm_for(options), separation_margin(options.separation), kernels),
+      traversal_(make_traversal(pool_, options.algorithm)),
+      hierarchy_(options.algorithm, separation_margin(options.separation), kernels,
+                 make_culling(options)),
+      excluded_(make_excluded_pairs(options)),
       front_policy_(options.algorithm.front_period, options.algorithm.front_ratio),
       verlet_list_(options.separation, pool_.size()) {
   // Reduction keeps a vertex-face pair in place of others. Without vertex-face tests it would be
   // missing.
   options_.reduce_contacts = options.reduce_contacts && options.vertex_face;
-  options_.algorithm = algorithm_for(options);
   for (int i = 0; i < pool_.size(); ++i) workers_.push_back(std::make_unique<Worker>());
 }
 
@@ -61,7 +76,7 @@ void CpuDetector::set_mesh(const Mesh& mesh) {
   last_motion_is_kept_ = false;
   sort_ = std::make_unique<ContactSort>(mesh);
   for (const auto& worker : workers_) worker->near_pairs.clear();
-  if (options_.algorithm.culling.orphan_sets) orphans_ = OrphanSets(mesh);
+  if (excluded_) excluded_->set_mesh(mesh);
 }
 
 void CpuDetector::update_resting() {
@@ -82,9 +97,9 @@ void CpuDetector::update_hierarchy(Stats& stats) {
   if (may_list()) verlet_list_.set_tree(*mesh_, hierarchy_.groups(), hierarchy_.tree(), pool_);
 }
 
-// Whether Verlet lists are possible. Other volumes than boxes have no margin for the skin.
+// Whether Verlet lists are possible. Only boxes have a margin for the skin.
 bool CpuDetector::may_list() const {
-  return options_.separation > 0 && !hierarchy_.volume() && !options_.algorithm.rebuild_every_step;
+  return options_.separation > 0 && !hierarchy_.culling() && !options_.algorithm.rebuild_every_step;
 }
 
 LeafScene CpuDetector::leaf_scene(double separation, Worker& worker) const {
@@ -336,9 +351,10 @@ void CpuDetector::gather_contacts(std::vector<Contact>& out, Stats& stats) {
 
 std::int64_t CpuDetector::bytes() const {
   std::size_t sum =
-      records_.capacity() * sizeof(VertexRecord) + hierarchy_.bytes() + orphans_.bytes() +
-      sort_->bytes() + traversal_.bytes() + front_.capacity() * sizeof(NodePair) +
-      verlet_list_.bytes() + last_motion_.capacity() * sizeof(VertexRecord) + deviation_.bytes() +
+      records_.capacity() * sizeof(VertexRecord) + hierarchy_.bytes() +
+      (excluded_ ? excluded_->bytes() : 0) + sort_->bytes() + traversal_->bytes() +
+      front_.capacity() * sizeof(NodePair) + verlet_list_.bytes() +
+      last_motion_.capacity() * sizeof(VertexRecord) + deviation_.bytes() +
       (contacts_.capacity() + late_contacts_.capacity() + rechecked_.capacity()) * sizeof(Contact);
   for (const auto& w : workers_)
     sum += sizeof(Worker) + w->bytes() + w->front.capacity() * sizeof(NodePair);

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "core/bvh/front_policy.h"
-#include "cpu/culling/orphan_sets.h"
 #include "cpu/hierarchy.h"
 #include "cpu/narrow/contact_sort.h"
+#include "cpu/narrow/excluded_pairs.h"
 #include "cpu/strategies/traversal_run.h"
 #include "cpu/verlet/verlet_list.h"
 #include "host/backend.h"
@@ -61,6 +61,7 @@ class CpuDetector : public BackendDetector {
   void discard_ahead();
 
  private:
+  friend class PairVisitor;
   struct Worker;
 
   // What the Verlet list does in this step.
@@ -112,11 +113,7 @@ class CpuDetector : public BackendDetector {
   // Call it before another motion is loaded.
   void keep_last_motion();
   // Traverses from the initial pairs of nodes, by the strategy of the options.
-  void balanced_traversal(Span<const NodePair> initial, Stats& stats);
-  // Traverses by Strategy::thread_per_query.
-  void query_each_group(Stats& stats);
-  // Finds the candidates of a pair of leaves.
-  void visit_pair(Worker& worker, NodePair pair);
+  void traverse_from(Span<const NodePair> initial, Stats& stats);
   // Whether the mesh leaves out one of its primitives, or both bodies rest.
   bool is_left_out(const Contact& contact) const;
   // Sets number and distances of the near pairs of all workers.
@@ -134,8 +131,8 @@ class CpuDetector : public BackendDetector {
   void test_pending(bool listed);
   // Tests batches of candidates on all threads.
   void test(const CandidateBatches& batches);
-  // Tests the pairs of the orphan sets.
-  void test_orphans(Stats& stats);
+  // Tests the pairs that the traversal leaves out.
+  void test_excluded(Stats& stats);
 
   // In recheck.cpp.
 
@@ -165,7 +162,7 @@ class CpuDetector : public BackendDetector {
   const LeafKernels* kernels_;
   Threads threads_;
   ThreadPool& pool_;  // of threads_
-  TraversalRun traversal_;
+  std::unique_ptr<TraversalRun> traversal_;
   std::vector<std::unique_ptr<Worker>> workers_;
 
   const Mesh* mesh_ = nullptr;
@@ -175,7 +172,7 @@ class CpuDetector : public BackendDetector {
   double tolerance_ = 0;  // of the positions at the end of the step, in their unit
   std::vector<VertexRecord> records_;
   Hierarchy hierarchy_;
-  OrphanSets orphans_;
+  std::unique_ptr<ExcludedPairs> excluded_;  // null: none
   std::unique_ptr<ContactSort> sort_;
   std::vector<Contact> contacts_, rechecked_;
   std::vector<double> near_distances_;  // by body, of the last detection

@@ -17,9 +17,9 @@ namespace lazyccd {
 void CpuDetector::detect_ahead(const Positions& start, const Positions& end, double tolerance,
                                const Stats& stats) {
   discard_ahead();
-  // static_list needs all threads to end a round. Volumes have no margin for the tolerance.
-  if (pool_.is_serial() || pool_.has_submitted() ||
-      options_.algorithm.strategy == Strategy::static_list || hierarchy_.volume() || !mesh_ ||
+  // Only boxes have a margin for the tolerance.
+  if (pool_.is_serial() || pool_.has_submitted() || traversal_->needs_everyone() ||
+      hierarchy_.culling() || !mesh_ ||
       !(options_.separation > 0 && tolerance >= 0 && tolerance <= options_.separation))
     return;
   ahead_job_ = [this, start, end, tolerance](int) { run_ahead(start, end, tolerance); };
@@ -109,7 +109,7 @@ void CpuDetector::resume(Stats& stats) {
   }
   if (!unexpanded_.empty()) {
     const std::vector<NodePair> initial = std::move(unexpanded_);
-    balanced_traversal(initial, stats);
+    traverse_from(initial, stats);
   }
   test_pending(false);
   for (const auto& worker : workers_) worker->stop_listing();

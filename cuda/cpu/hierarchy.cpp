@@ -1,5 +1,7 @@
 #include "cpu/hierarchy.h"
 
+#include <utility>
+
 #include "lazyccd/debug/assert.h"
 
 namespace lazyccd {
@@ -29,10 +31,9 @@ bool are_leaves(const Groups& groups, const Tree& tree) {
 
 }  // namespace
 
-Hierarchy::Hierarchy(const AlgorithmOptions& options, double margin, const LeafKernels& kernels)
-    : options_(options),
-      groups_(margin, kernels),
-      volume_(make_node_volume(options.volume, margin)) {}
+Hierarchy::Hierarchy(const AlgorithmOptions& options, double margin, const LeafKernels& kernels,
+                     std::unique_ptr<NodeCulling> culling)
+    : options_(options), groups_(margin, kernels), culling_(std::move(culling)) {}
 
 bool Hierarchy::update(const Mesh& mesh, const std::vector<VertexRecord>& records, double scale,
                        double margin, ThreadPool& pool) {
@@ -51,16 +52,16 @@ bool Hierarchy::update(const Mesh& mesh, const std::vector<VertexRecord>& record
     built_cost_ = tree_.cost();
     is_built_ = true;
     find_node_info(pool);
-    if (options_.culling.normal_cones) cones_.build(mesh, groups_, tree_);
+    if (culling_) culling_->build(mesh, groups_, tree_);
   }
-  refit_volumes(records, pool);
+  refit_culling(records, pool);
   return build;
 }
 
 void Hierarchy::refit(const std::vector<VertexRecord>& records, double scale, double margin,
                       ThreadPool& pool) {
   refit_boxes(records, scale, margin, pool);
-  refit_volumes(records, pool);
+  refit_culling(records, pool);
 }
 
 void Hierarchy::refit_boxes(const std::vector<VertexRecord>& records, double scale, double margin,
@@ -70,9 +71,8 @@ void Hierarchy::refit_boxes(const std::vector<VertexRecord>& records, double sca
   tree_.refit(groups_.boxes(), pool);
 }
 
-void Hierarchy::refit_volumes(const std::vector<VertexRecord>& records, ThreadPool& pool) {
-  if (volume_) volume_->refit(groups_, tree_, records, pool);
-  if (options_.culling.normal_cones) cones_.refit(*mesh_, tree_, records, pool);
+void Hierarchy::refit_culling(const std::vector<VertexRecord>& records, ThreadPool& pool) {
+  if (culling_) culling_->refit(*mesh_, groups_, tree_, records, pool);
 }
 
 void Hierarchy::find_node_info(ThreadPool& pool) {
@@ -96,7 +96,7 @@ void Hierarchy::find_node_info(ThreadPool& pool) {
 
 std::size_t Hierarchy::bytes() const {
   return groups_.bytes() + tree_.bytes() + node_info_.capacity() * sizeof(NodeInfo) +
-         cones_.bytes();
+         (culling_ ? culling_->bytes() : 0);
 }
 
 }  // namespace lazyccd

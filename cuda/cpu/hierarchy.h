@@ -8,8 +8,7 @@
 #include <vector>
 
 #include "core/bvh/node_pair.h"
-#include "cpu/bvh/node_volume.h"
-#include "cpu/culling/normal_cones.h"
+#include "cpu/node_culling.h"
 #include "host/bvh/groups.h"
 #include "host/bvh/tree.h"
 #include "host/scene/mesh.h"
@@ -19,12 +18,13 @@
 
 namespace lazyccd {
 
-/// Groups of primitives, the tree above them, and the optional volumes and normal cones of its
-/// nodes.
+/// Groups of primitives, the tree above them, and the optional culling of its nodes.
 class Hierarchy {
  public:
-  /// The boxes are wider than the primitives by `margin` until update() sets another one.
-  Hierarchy(const AlgorithmOptions& options, double margin, const LeafKernels& kernels);
+  /// The boxes are wider than the primitives by `margin` until update() sets another one. Without
+  /// `culling`, nodes have boxes only.
+  Hierarchy(const AlgorithmOptions& options, double margin, const LeafKernels& kernels,
+            std::unique_ptr<NodeCulling> culling);
 
   /// Makes the next update() build everything anew.
   void forget() { is_built_ = false; }
@@ -46,8 +46,7 @@ class Hierarchy {
 
   const Groups& groups() const { return groups_; }
   const Tree& tree() const { return tree_; }
-  const NodeVolume* volume() const { return volume_.get(); }  ///< null: boxes only
-  const NormalCones& cones() const { return cones_; }
+  const NodeCulling* culling() const { return culling_.get(); }  ///< null: boxes only
   /// Whether the collision filters and pins allow contacts between two nodes, at any positions.
   bool may_collide(NodePair pair) const {
     const NodeInfo &a = node_info_[pair.a], &b = node_info_[pair.b];
@@ -80,7 +79,7 @@ class Hierarchy {
   void find_node_info(ThreadPool& pool);
   void refit_boxes(const std::vector<VertexRecord>& records, double scale, double margin,
                    ThreadPool& pool);
-  void refit_volumes(const std::vector<VertexRecord>& records, ThreadPool& pool);
+  void refit_culling(const std::vector<VertexRecord>& records, ThreadPool& pool);
 
   AlgorithmOptions options_;
   const Mesh* mesh_ = nullptr;
@@ -89,8 +88,7 @@ class Hierarchy {
   Groups groups_;
   Tree tree_;
   NoinitVector<NodeInfo> node_info_;  // by node
-  std::unique_ptr<NodeVolume> volume_;
-  NormalCones cones_;
+  std::unique_ptr<NodeCulling> culling_;
 };
 
 }  // namespace lazyccd

@@ -89,11 +89,7 @@ void CpuDetector::search_again(Stats& stats) {
   hierarchy_.refit(records_, scale_, separation_margin(0), pool_);
   stats.ms_refit += watch.lap();
   const NodePair root{0, 0};
-  if (options_.algorithm.strategy == Strategy::thread_per_query) {
-    query_each_group(stats);
-  } else {
-    balanced_traversal({&root, 1}, stats);
-  }
+  traverse_from({&root, 1}, stats);
 }
 
 // Returns whether no near pair can touch, because the displacements of all vertices differ by less

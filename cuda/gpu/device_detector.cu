@@ -32,7 +32,7 @@ DeviceDetector::DeviceDetector(const DetectorOptions& options, ThreadPool& threa
 // The host needs the edges itself for these options.
 TopologyFinder* DeviceDetector::topology_finder() {
   const bool host_needs_edges =
-      options_.separation > 0 || step_.needs_host_tree() || options_.algorithm.culling.orphan_sets;
+      options_.separation > 0 || step_.needs_host_tree() || step_.needs_host_edges();
   return host_needs_edges ? nullptr : this;
 }
 

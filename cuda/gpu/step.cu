@@ -6,6 +6,8 @@
 
 #include "core/profile.h"
 #include "gpu/device/check.h"
+#include "gpu/traversal/extension.h"
+#include "host/extension.h"
 
 namespace lazyccd::gpu {
 namespace {
@@ -15,12 +17,17 @@ constexpr PairRange kAllPairs{0, 0xffffffffu};
 // Steps with limited lists before they may grow again. In vain, that costs a few allocations.
 constexpr int kLimitedSteps = 16;
 
+std::unique_ptr<SceneCulling> make_culling(const DetectorOptions& options) {
+  if (!culls_nodes(options) && !excludes_pairs(options)) return nullptr;
+  return find_extension(options.algorithm)->gpu->make_culling(options);
+}
+
 }  // namespace
 
 Step::Step(const DetectorOptions& options)
     : options_(options),
       scene_(options.separation),
-      culling_(options),
+      culling_(make_culling(options)),
       traversal_(options),
       buffers_(options.algorithm.tuning.capacity_hint) {}
 
@@ -28,18 +35,16 @@ void Step::set_mesh(const Mesh& mesh, bool is_found) {
   mesh_ = &mesh;
   prepared_ = limited_ = false;
   scene_.set_mesh(mesh, is_found);
-  culling_.set_mesh(mesh);
+  if (culling_) culling_->set_mesh(mesh);
 }
 
 void Step::prepare(bool first, cudaStream_t stream) {
   if (first || needs_host_tree()) {
-    culling_.reserve(scene_.group_count(), scene_.node_count());
-    if (needs_host_tree()) culling_.set_tree(*mesh_, scene_.groups(), scene_.tree());
+    if (culling_) culling_->reserve(scene_.group_count(), scene_.node_count());
+    if (needs_host_tree()) culling_->set_tree(*mesh_, scene_.groups(), scene_.tree());
     graphs_.clear();
     is_new_ = true;
-    const auto reset = [&] {
-      traversal_.reset(scene_.node_count(), culling_.culls_nodes(), stream);
-    };
+    const auto reset = [&] { traversal_.reset(scene_.node_count(), stream); };
     try {
       reset();
     } catch (const OutOfDeviceMemory&) {
@@ -116,19 +121,20 @@ void Step::enqueue_before(const StepInput& input, bool marks, cudaStream_t strea
   const SceneView scene = view(input);
   const StepLists lists = buffers_.lists();
   mark(kStart, marks, stream);
-  culling_.clear_counters(stream);
+  if (culling_) culling_->clear_counters(stream);
   prepare_sort(scene, lists, stream);
   enqueue_start(lists.counters, stream);
   traversal_.start(input.from_front, stream);
   enqueue_refit(scene, input.start, input.end, lists.counters, stream);
-  culling_.enqueue_refit(scene, stream);
+  if (culling_) culling_->enqueue_refit(scene, stream);
   mark(kRefitted, marks, stream);
 }
 
 void Step::enqueue_traversal(const StepInput& input, bool marks, cudaStream_t stream) {
   LAZYCCD_NVTX_RANGE("traverse");
   const SceneView scene = view(input);
-  traversal_.launch(scene.nodes, scene.groups, culling_.of_nodes(), input.from_front, stream);
+  traversal_.launch(scene.nodes, scene.groups, culling_ ? culling_->of_nodes() : nullptr,
+                    input.from_front, stream);
   mark(kTraversed, marks, stream);
 }
 
@@ -138,11 +144,11 @@ void Step::enqueue_after(const StepInput& input, PairRange range, bool marks, cu
   lists.report = {input.status, traversal_.launched_counters(), traversal_.leaf_pair_capacity(),
                   traversal_.front_capacity()};
   const std::uint32_t last = std::min(range.last, traversal_.leaf_pair_capacity());
-  enqueue_leaf(scene, {traversal_.leaf_pairs(), traversal_.leaf_pair_count(), range.first, last},
-               options_.vertex_face, options_.edge_edge, culling_.culls_candidates(),
-               culling_.of_candidates(), lists, stream);
-  if (range.first == 0)
-    culling_.enqueue_orphans(scene, options_.vertex_face, options_.edge_edge, lists, stream);
+  const LeafPairs pairs{traversal_.leaf_pairs(), traversal_.leaf_pair_count(), range.first, last};
+  if (!culling_ || !culling_->enqueue_leaf(scene, pairs, options_.vertex_face, options_.edge_edge,
+                                           lists, stream))
+    enqueue_leaf(scene, pairs, options_.vertex_face, options_.edge_edge,
+                 options_.algorithm.culling.non_penetration, lists, stream);
   mark(kFiltered, marks, stream);
   {
     LAZYCCD_NVTX_RANGE("elementary tests");
@@ -182,7 +188,7 @@ void Step::run(const StepInput& input, cudaStream_t stream) {
 
 void Step::run_pairs(const StepInput& input, PairRange range, cudaStream_t stream) {
   const StepLists lists = buffers_.lists();
-  culling_.clear_orphan_count(stream);
+  if (culling_) culling_->clear_leaf_counters(stream);
   prepare_sort(view(input), lists, stream);
   enqueue_restart(lists.counters, stream);
   enqueue_after(input, range, false, stream);
@@ -201,7 +207,7 @@ void Step::run_exact(const StepInput& input, cudaStream_t stream) {
 void Step::download(cudaStream_t stream) {
   traversal_.read_counters(stream);
   buffers_.download(stream);
-  culling_.download(stream);
+  if (culling_) culling_->download(stream);
 }
 
 void Step::download_counters(cudaStream_t stream) {
@@ -226,7 +232,8 @@ int Step::grow_lists() {
 }
 
 std::size_t Step::bytes() const {
-  return scene_.bytes() + culling_.bytes() + traversal_.bytes() + buffers_.bytes();
+  return scene_.bytes() + (culling_ ? culling_->bytes() : 0) + traversal_.bytes() +
+         buffers_.bytes();
 }
 
 }  // namespace lazyccd::gpu

@@ -6,13 +6,14 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <tuple>
 
 #include "gpu/bvh/hierarchy_builder.h"
-#include "gpu/culling/scene_culling.h"
 #include "gpu/device/graph_cache.h"
 #include "gpu/device/stream.h"
 #include "gpu/scene/device_scene.h"
+#include "gpu/scene/scene_culling.h"
 #include "gpu/scene/stages.h"
 #include "gpu/scene/step_buffers.h"
 #include "gpu/traversal/traversal.h"
@@ -56,7 +57,9 @@ class Step {
   /// The same for options that need the tree on the host.
   void build_on_host(const Positions& start, const Positions& end, ThreadPool& pool,
                      cudaStream_t stream);
-  bool needs_host_tree() const { return culling_.needs_host_tree(); }
+  bool needs_host_tree() const { return culling_ && culling_->needs_host_tree(); }
+  /// Whether the options need the mesh's edges on the host.
+  bool needs_host_edges() const { return culling_ && culling_->needs_host_edges(); }
 
   /// Allocates the lists. If memory does not suffice, they are shorter than wanted, and
   /// lists_are_limited().
@@ -85,7 +88,7 @@ class Step {
   std::uint32_t group_count() const { return scene_.group_count(); }
   DeviceScene& scene() { return scene_; }
   Traversal& traversal() { return traversal_; }
-  const SceneCulling& culling() const { return culling_; }
+  const SceneCulling* culling() const { return culling_.get(); }  ///< null: none
   StepBuffers& buffers() { return buffers_; }
   /// Milliseconds between two marks of the last step; valid once it is over.
   enum Mark { kStart, kRefitted, kTraversed, kFiltered, kDecided, kSorted, kMarks };
@@ -115,7 +118,7 @@ class Step {
   bool is_new_ = false;    // no step has run with these addresses and capacities
   DeviceScene scene_;
   HierarchyBuilder builder_;
-  SceneCulling culling_;
+  std::unique_ptr<SceneCulling> culling_;  // null: none beyond boxes and the filter
   Traversal traversal_;
   StepBuffers buffers_;
   // The key: part of the step, Traversal::parity(), and the input.

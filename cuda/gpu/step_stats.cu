@@ -21,13 +21,10 @@ void fill_stats(Step& step, const StepCounters& c, const DetectorOptions& option
   stats.survivors_vf = has_separation ? c.filtered[0] : sum(c.hits[0], c.undecided_in_single[0]);
   stats.survivors_ee = has_separation ? c.filtered[1] : sum(c.hits[1], c.undecided_in_single[1]);
   // Only this filter lies between the two counts.
-  if (step.culling().non_penetration())
+  if (options.algorithm.culling.non_penetration)
     stats.filtered_noncoplanar =
         stats.candidates_vf + stats.candidates_ee - sum(c.filtered[0], c.filtered[1]);
-  const CullingCounters& culled = step.culling().counters();
-  stats.culled_by_volume = static_cast<std::int64_t>(culled.culled_by_volume);
-  stats.culled_by_normal_cone = static_cast<std::int64_t>(culled.culled_by_normal_cone);
-  stats.orphan_tests = culled.orphans;
+  if (step.culling()) step.culling()->add_to(stats);
   stats.double_precision_tests = c.double_precision_tests;
   stats.exact_tests = c.undecided_in_double;
   stats.hash = c.hash;

@@ -3,6 +3,7 @@
 #include <exception>
 
 #include "cli/commands.h"
+#include "lazyccd/algorithm.h"
 
 namespace {
 
@@ -11,6 +12,7 @@ enum ExitCode { succeeded = 0, failed = 1, bad_usage = 2 };
 }  // namespace
 
 int main(int argc, char** argv) {
+  lazyccd::register_research();
   CLI::App app("Exact continuous collision detection of triangle meshes", "lazyccd");
   app.require_subcommand(1);
   app.footer(

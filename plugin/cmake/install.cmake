@@ -2,7 +2,7 @@
 # static libraries, CMake and pkg-config files). `cpack` makes packages of them.
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/LazyCCD)
-set(libraries lazyccd_core)
+set(libraries lazyccd_core lazyccd_research)
 foreach(precision IN LISTS LAZYCCD_PRECISIONS)
   list(APPEND libraries lazyccd_bullet${lazyccd_suffix_${precision}})
 endforeach()
@@ -83,6 +83,8 @@ if(LAZYCCD_CUDA)
 endif()
 lazyccd_pkg_config_module(lazyccd "Exact continuous collision detection" LIBRARY lazyccd_core
   PRIVATE_LIBS ${core_libs})
+lazyccd_pkg_config_module(lazyccd-research "Strategies, volumes and culling for LazyCCD" LIBRARY lazyccd_research
+  REQUIRES lazyccd)
 set(packages_of_bullet "")
 foreach(precision IN LISTS LAZYCCD_PRECISIONS)
   get_target_property(bullet_libraries LazyCCDBullet::${precision} INTERFACE_LINK_LIBRARIES)

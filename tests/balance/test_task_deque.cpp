@@ -5,13 +5,14 @@
 
 #include "balance/host_atomics.h"
 #include "balance/portions.h"
-#include "balance/static_list.h"
-#include "balance/task_deque.h"
+#include "research/protocols/static_list.h"
+#include "research/protocols/task_deque.h"
 #include "support/catch.h"
 
 namespace {
 
 using namespace lazyccd;
+using namespace lazyccd::research;
 
 // A deque for eight tasks in zeroed memory.
 struct Tasks {

@@ -4,11 +4,12 @@
 #include <cmath>
 #include <vector>
 
-#include "core/bvh/oriented_box.h"
+#include "research/volumes/oriented_box.h"
 #include "support/catch.h"
 #include "support/generators.h"
 
 using namespace lazyccd;
+using namespace lazyccd::research;
 using namespace lazyccd::test;
 
 namespace {

@@ -5,10 +5,10 @@
 #include <set>
 #include <vector>
 
-#include "core/bvh/normal_cone.h"
-#include "cpu/culling/orphan_sets.h"
 #include "io/mesh.h"
 #include "lazyccd/detector.h"
+#include "research/culling/normal_cone.h"
+#include "research/culling/orphan_sets.h"
 #include "support/catch.h"
 #include "support/data.h"
 #include "support/frames.h"
@@ -16,6 +16,7 @@
 #include "support/moving_triangles.h"
 
 using namespace lazyccd;
+using namespace lazyccd::research;
 using namespace lazyccd::test;
 
 namespace {

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "cpu/bvh/node_volume.h"
 #include "io/mesh.h"
 #include "lazyccd/detector.h"
 #include "lazyccd/error.h"
+#include "research/volumes/node_volume.h"
 #include "support/catch.h"
 #include "support/data.h"
 #include "support/frames.h"
@@ -19,6 +19,7 @@
 #include "support/moving_triangles.h"
 
 using namespace lazyccd;
+using namespace lazyccd::research;
 using namespace lazyccd::test;
 
 namespace {

@@ -377,6 +377,7 @@ void time_exact(const Scene& scene) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  lazyccd::register_research();
   int repeat = 3;
   bool small = false, only_culling = false;
   std::vector<std::string> files;

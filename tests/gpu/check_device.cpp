@@ -438,6 +438,7 @@ void check_large_worlds() {
 }  // namespace
 
 int main(int argc, char** argv) {
+  lazyccd::register_research();
   const bool small = argc > 1 && std::string(argv[1]) == "--small";
   if (skips_without_cuda()) return kSkipped;
   try {

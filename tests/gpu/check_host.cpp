@@ -124,6 +124,7 @@ void check_changed_starts(const Frames& frames, DetectorOptions options, const s
 }  // namespace
 
 int main(int argc, char** argv) {
+  lazyccd::register_research();
   const bool small = argc > 1 && std::string(argv[1]) == "--small";
   if (skips_without_cuda()) return kSkipped;
   try {

@@ -145,6 +145,7 @@ long check(const scenes::SceneInfo& info, unsigned seed, int steps) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  lazyccd::register_research();
   int steps = 200;
   std::vector<std::string> names;
   for (int i = 1; i < argc; ++i) {

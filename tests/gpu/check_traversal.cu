@@ -15,7 +15,9 @@
 #include "gpu/device/stream.h"
 #include "gpu/device/upload.h"
 #include "gpu/traversal/traversal.h"
+#include "lazyccd/algorithm.h"
 #include "lazyccd/error.h"
+#include "research/gpu_culling/node_culling.cuh"
 #include "traversal_scenes.h"
 
 namespace lazyccd::test {
@@ -87,7 +89,7 @@ class DeviceScene {
   std::vector<DeviceBuffer<TreeNode>> nodes_;
   std::vector<DeviceBuffer<OrientedBoxOf<float>>> boxes_;
   std::vector<DeviceBuffer<unsigned char>> flat_;
-  DeviceBuffer<gpu::CullingCounters> counters_;
+  DeviceBuffer<gpu::research::CullingCounters> counters_;
 };
 
 enum class Launch { direct, graph };
@@ -96,7 +98,7 @@ enum class Launch { direct, graph };
 __global__ void nothing() {}
 
 void run(Traversal& traversal, const TreeNode* nodes, bool from_front, cudaStream_t stream,
-         const gpu::NodeCulling& culling = {}) {
+         const gpu::NodeCulling* culling = nullptr) {
   nothing<<<1, 1, 0, stream>>>();
   traversal.start(from_front, stream);
   traversal.launch(nodes, {}, culling, from_front, stream);
@@ -131,7 +133,7 @@ void check(const DeviceScene& device, const DetectorOptions& options, int repeti
            Totals& totals, cudaStream_t stream) {
   const Scene& scene = device.scene();
   Traversal traversal(options);
-  traversal.reset(device.node_count(), false, stream);
+  traversal.reset(device.node_count(), stream);
   for (std::size_t f = 0; f < scene.frames.size(); ++f) {
     const Frame& frame = scene.frames[f];
     for (int r = 0; r < repetitions; ++r) {
@@ -165,17 +167,17 @@ void check_culling(DeviceScene& device, const DetectorOptions& options, int repe
                    const Stream& stream) {
   const Scene& scene = device.scene();
   Traversal traversal(options);
-  traversal.reset(device.node_count(), true, stream);
+  traversal.reset(device.node_count(), stream);
   for (std::size_t f = 0; f < scene.frames.size(); ++f) {
     const Frame& frame = scene.frames[f];
     const gpu::NodeCulling culling = device.culling(f);
     for (int r = 0; r < repetitions; ++r) {
       const bool from_front = traversal.has_front();
-      gpu::CullingCounters culled;
+      gpu::research::CullingCounters culled;
       do {
         LAZYCCD_CUDA_CHECK(
-            cudaMemsetAsync(culling.counters, 0, sizeof(gpu::CullingCounters), stream));
-        run(traversal, device.nodes(f), from_front, stream, culling);
+            cudaMemsetAsync(culling.counters, 0, sizeof(gpu::research::CullingCounters), stream));
+        run(traversal, device.nodes(f), from_front, stream, &culling);
         traversal.read_counters(stream);
         LAZYCCD_CUDA_CHECK(cudaMemcpyAsync(&culled, culling.counters, sizeof culled,
                                            cudaMemcpyDeviceToHost, stream));
@@ -209,6 +211,7 @@ void check_culling(std::vector<DeviceScene>& scenes, const Stream& stream) {
         DetectorOptions options;
         options.algorithm.strategy = strategy;
         options.algorithm.front = front;
+        options.algorithm.volume = Volume::oriented_box;
         options.algorithm.tuning.block_size = block_size;
         options.algorithm.tuning.capacity_hint = block_size == 64 ? 1 : 0;
         for (DeviceScene& scene : scenes) check_culling(scene, options, 2, stream);
@@ -240,7 +243,7 @@ void check_two_at_once(const DeviceScene& one, const DeviceScene& two, int repet
   const DeviceScene* scenes[2] = {&one, &two};
   Stream streams[2];
   Traversal traversals[2] = {Traversal(options), Traversal(options)};
-  for (int i = 0; i < 2; ++i) traversals[i].reset(scenes[i]->node_count(), false, streams[i]);
+  for (int i = 0; i < 2; ++i) traversals[i].reset(scenes[i]->node_count(), streams[i]);
   for (int r = 0; r < repetitions; ++r) {
     for (int i = 0; i < 2; ++i) {
       run(traversals[i], scenes[i]->nodes(0), false, streams[i]);
@@ -282,14 +285,14 @@ void check_refusals(const DeviceScene& deep) {
   refused(ErrorCode::invalid_argument, [&] {
     Stream stream;
     Traversal traversal(with(Strategy::lazy_stealing, 0, 0));
-    traversal.reset(deep.node_count(), false, stream);
+    traversal.reset(deep.node_count(), stream);
     run(traversal, deep.nodes(0), true, stream);
   });
   // The tree is too deep for the stack of a thread.
   refused(ErrorCode::device, [&] {
     Stream stream;
     Traversal traversal(with(Strategy::thread_per_query, 0, 0));
-    traversal.reset(deep.node_count(), false, stream);
+    traversal.reset(deep.node_count(), stream);
     run(traversal, deep.nodes(0), false, stream);
     traversal.read_counters(stream);
     LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(stream));
@@ -303,7 +306,7 @@ void time_launches(const DeviceScene& device, const DetectorOptions& options, bo
   constexpr int runs = 21;
   Stream stream;
   Traversal traversal(options);
-  traversal.reset(device.node_count(), false, stream);
+  traversal.reset(device.node_count(), stream);
   cudaEvent_t begin, end;
   LAZYCCD_CUDA_CHECK(cudaEventCreate(&begin));
   LAZYCCD_CUDA_CHECK(cudaEventCreate(&end));
@@ -432,6 +435,7 @@ void check_everything(int repetitions) {
 }  // namespace lazyccd::test
 
 int main(int argc, char** argv) {
+  lazyccd::register_research();
   int count = 0;
   if (cudaGetDeviceCount(&count) != cudaSuccess || count == 0) {
     std::printf("SKIPPED: no CUDA device\n");

@@ -123,6 +123,7 @@ Times time(const WorldsScene& scene, Backend backend, int repeat) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  lazyccd::register_research();
   int most = 4096, bodies = 10, repeat = 15;
   Backend backend = Backend::cuda;
   for (int i = 1; i < argc; ++i) {

@@ -11,10 +11,12 @@
 #include <vector>
 
 #include "core/bvh/node_pair.h"
-#include "core/bvh/oriented_box.h"
 #include "core/bvh/tree.h"
+#include "research/volumes/oriented_box.h"
 
 namespace lazyccd::test {
+
+using namespace research;
 
 inline bool operator<(NodePair x, NodePair y) { return x.a != y.a ? x.a < y.a : x.b < y.b; }
 inline bool operator==(NodePair x, NodePair y) { return x.a == y.a && x.b == y.b; }

@@ -1,4 +1,4 @@
-// Model of the batches of cuda/balance/greedy_stealing.h: which worker may write or read a batch,
+// Model of the batches of cuda/research/protocols/greedy_stealing.h: which worker may write or read a batch,
 // and when the run is over. The deque is checked separately in lazy_stealing.pml; here each of its
 // operations is one step.
 //

@@ -1,4 +1,4 @@
-// Model of the task deque, cuda/balance/task_deque.h (Arora, Blumofe and Plaxton 2001): one owner
+// Model of the task deque, cuda/research/protocols/task_deque.h (Arora, Blumofe and Plaxton 2001): one owner
 // and several thieves.
 //
 // Each access to shared memory in the code is one step here, so all interleavings are covered. The

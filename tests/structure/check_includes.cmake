@@ -4,7 +4,8 @@
 #
 # Projects, from the top: plugin -> cuda/include -> cuda/detector.cpp -> cuda/gpu -> cuda/cpu -> cuda/host ->
 # {cuda/balance, cuda/core} -> cuda/simd, which plugin/ shares. The GPU leaves rare queries to the CPU's exact arithmetic, so gpu/ knows
-# cpu/, never the other way round. Bullet's headers are only in plugin/ and examples/, CUDA's only in
+# cpu/, never the other way round. cuda/research stands above both backends, and nothing but programs
+# knows it. Bullet's headers are only in plugin/ and examples/, CUDA's only in
 # cuda/gpu and cuda/balance. The folders of plugin/, cuda/host, cuda/cpu and cuda/gpu form the
 # layers below.
 cmake_minimum_required(VERSION 3.24)
@@ -98,10 +99,12 @@ check(cuda/balance QUOTED "^(balance|core)/" FORBID ${bullet})
 check(cuda/host QUOTED "^(host|core|simd|lazyccd)/" FORBID ${bullet} ${device})
 check(cuda/cpu QUOTED "^(cpu|host|balance|core|simd|lazyccd)/" FORBID ${bullet} ${device})
 check(cuda/gpu QUOTED "^(gpu|cpu|host|balance|core|lazyccd)/" FORBID ${bullet})
-check(plugin FORBID "^(core|host|cpu|gpu|balance|io|scenes)/" ${device})
+check(cuda/research QUOTED "^(research|gpu|cpu|host|balance|core|lazyccd)/" FORBID ${bullet})
+check(cuda FLAT FORBID "^research/" ${bullet} ${device})
+check(plugin FORBID "^(core|host|cpu|gpu|balance|research|io|scenes)/" ${device})
 check(examples/io QUOTED "^(io|lazyccd)/" FORBID "^lazyccd/bullet/" ${bullet} ${device})
-check(examples/scenes FORBID "^(core|host|cpu|gpu|balance)/" ${device})
-check(examples/cli FORBID "^(core|host|cpu|gpu|balance)/" ${device})
+check(examples/scenes FORBID "^(core|host|cpu|gpu|balance|research)/" ${device})
+check(examples/cli FORBID "^(core|host|cpu|gpu|balance|research)/" ${device})
 
 set(prefix "")
 check(plugin FLAT QUOTED "^$" FORBID ${bullet} ${device} "^Eigen/")  # settings.h: numbers alone
@@ -133,10 +136,8 @@ check_layers(cuda/host "(core|simd|lazyccd)/"
 set(prefix "cpu/")
 check_layers(cuda/cpu "(host|core|balance|simd|lazyccd)/"
   strategies:
-  bvh:
-  culling:bvh
   verlet:
-  narrow:verlet,culling
+  narrow:verlet
   isa:narrow)
 
 set(prefix "gpu/")
@@ -146,14 +147,24 @@ check_layers(cuda/gpu "(core|cpu|host|balance|lazyccd)/"
   topology:scene,device
   bvh:scene,device
   narrow:scene,device
-  culling:narrow,bvh,scene,device
-  traversal:culling,narrow,bvh,scene,device)
+  traversal:narrow,bvh,scene,device)
+
+# Only what is for the GPU knows its backend.
+set(prefix "research/")
+check_layers(cuda/research "(cpu|host|balance|core|lazyccd)/"
+  protocols:
+  volumes:
+  strategies:protocols
+  culling:volumes)
+check_layers(cuda/research "(gpu|host|balance|core|lazyccd)/"
+  gpu_culling:culling,volumes
+  gpu_strategies:gpu_culling,protocols)
 
 # cl.exe also looks for an include in the folders of all files above it. So no folder further down has the
 # name of one that includes begin with.
 file(GLOB_RECURSE folders LIST_DIRECTORIES true ${source_dir}/cuda/*)
 foreach(folder IN LISTS folders)
-  if(IS_DIRECTORY ${folder} AND folder MATCHES "/cuda/.+/(core|balance|simd|host|cpu|gpu)$")
+  if(IS_DIRECTORY ${folder} AND folder MATCHES "/cuda/.+/(core|balance|simd|host|cpu|gpu|research)$")
     fail("${folder}: a folder further up has this name")
   endif()
 endforeach()

@@ -4,17 +4,18 @@
 #include <stdexcept>
 
 #include "cpu/strategies/balanced_run.h"
-#include "cpu/strategies/greedy_stealing.h"
-#include "cpu/strategies/guided.h"
 #include "cpu/strategies/lazy_stealing.h"
-#include "cpu/strategies/static_list.h"
-#include "cpu/strategies/task_stealing.h"
+#include "research/strategies/greedy_stealing.h"
+#include "research/strategies/guided.h"
+#include "research/strategies/static_list.h"
+#include "research/strategies/task_stealing.h"
 #include "support/catch.h"
 #include "threads/ranges.h"
 
 namespace {
 
 using namespace lazyccd;
+using namespace lazyccd::research;
 using namespace lazyccd::test;
 
 constexpr Shape shapes[] = {Shape::random, Shape::chain, Shape::flat};

@@ -60,10 +60,7 @@ void NarrowPhase::push(ContactKind kind, Candidate pair) {
 }
 
 void NarrowPhase::process_queued(ContactKind kind, Candidate* items, int count) {
-  if (excluded_) {
-    const auto orphan = [&](Candidate c) { return excluded_->of(kind).contains(kind, c); };
-    count = static_cast<int>(std::remove_if(items, items + count, orphan) - items);
-  }
+  if (excluded_) count = excluded_->remove_from(kind, items, count);
   process(kind, items, count);
 }
 

@@ -7,7 +7,7 @@
 
 #include "core/narrow/contact_key.h"
 #include "core/narrow/contact_math.h"
-#include "cpu/culling/orphan_sets.h"
+#include "cpu/narrow/excluded_pairs.h"
 #include "cpu/verlet/verlet_list.h"
 #include "host/kernels/leaf_kernels.h"
 #include "host/scene/mesh.h"
@@ -56,7 +56,7 @@ class NarrowPhase : public CandidateSink {
   /// are processed, because the Verlet list has them already.
   void stop_listing() { list_ = nullptr; }
   /// Skips these candidates from now on, because the caller tests them separately. Null: none.
-  void exclude(const OrphanSets* excluded) { excluded_ = excluded; }
+  void exclude(const ExcludedPairs* excluded) { excluded_ = excluded; }
 
   void push(ContactKind kind, Candidate pair);
   /// Processes at most CandidateQueue::capacity candidates of the queue of any worker. May change
@@ -129,7 +129,7 @@ class NarrowPhase : public CandidateSink {
   LeafScene scene_{};
   const VerletList* list_ = nullptr;  // null: no list is built in this step
   ListedPairs* listed_ = nullptr;
-  const OrphanSets* excluded_ = nullptr;
+  const ExcludedPairs* excluded_ = nullptr;
   const std::atomic<bool>* interrupted_ = nullptr;  // null: the end of the step is known
   std::vector<Survivor> survivors_ = std::vector<Survivor>(CandidateQueue::capacity);
   // Only with a separation.

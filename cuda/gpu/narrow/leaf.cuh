@@ -8,7 +8,6 @@
 #include "core/bvh/node_pair.h"
 #include "core/narrow/separation.h"
 #include "gpu/narrow/query.cuh"
-#include "gpu/scene/leaf_culling.cuh"
 #include "gpu/scene/stages.h"
 
 namespace lazyccd::gpu {
@@ -91,12 +90,19 @@ __device__ inline void swap(LeafSide& a, LeafSide& b) {
   b = other;
 }
 
-/// State of a warp, kept over all its pairs. has_separation: there is a minimum separation. culls:
-/// LeafCulling is in use.
-template <class Record, bool has_separation, bool culls>
+/// How the leaf kernel filters candidates: with the non-penetration filter or without.
+template <bool is_on>
+struct LeafFilter {
+  static constexpr bool non_penetration = is_on;
+  static constexpr bool drops_any = false;  // otherwise it has drops(kind, candidate)
+};
+
+/// State of a warp, kept over all its pairs. has_separation: there is a minimum separation. Filter:
+/// LeafFilter, or a class with the same members.
+template <class Record, bool has_separation, class Filter>
 struct LeafWarp {
   const SceneView& scene;
-  const LeafCulling& culling;
+  const Filter& culling;
   LeafScratch& scratch;
   const Output<Candidate> (&filtered)[2];
   float scale;
@@ -116,7 +122,7 @@ struct LeafWarp {
     __syncwarp();  // the slots are free for the next push
     const PrimitiveNames a = names_at(scene.groups, places.a), b = names_at(scene.groups, places.b);
     const Candidate c{a.id, b.id};
-    if constexpr (culls) {
+    if constexpr (Filter::drops_any) {
       const bool dropped = active && culling.drops(kind, c);
       candidates[k] -= __popc(__ballot_sync(kAllLanes, dropped));
       active = active && !dropped;
@@ -129,7 +135,7 @@ struct LeafWarp {
     const Magnitudes<float> m = magnitudes(d);
     const bool apart =
         has_separation ? planes_apart(d, m, separation) : coplanarity(d, m).no_root();
-    const bool survives = active && !(apart && (!culls || culling.non_penetration));
+    const bool survives = active && !(apart && culling.non_penetration);
     append_lanes(filtered[k], survives, c, lane);
   }
 
@@ -236,16 +242,16 @@ struct LeafWarp {
   }
 };
 
-/// The leaf kernel. has_separation, culls: see LeafWarp.
-template <class Record, bool has_separation, bool culls>
+/// The leaf kernel. has_separation, Filter: see LeafWarp.
+template <class Record, bool has_separation, class Filter>
 __global__ void __launch_bounds__(kLeafWarps* kWarp, kLeafBlocks<Record>)
     leaf_pairs(SceneView scene, LeafPairs pairs, bool vertex_face, bool edge_edge, StepLists lists,
-               LeafCulling culling) {
+               Filter culling) {
   begin_kernel();
   __shared__ LeafScratch scratch[kLeafWarps];
   const int lane = threadIdx.x % kWarp;
   const double scale = scene_scale(scene);
-  LeafWarp<Record, has_separation, culls> warp{
+  LeafWarp<Record, has_separation, Filter> warp{
       scene,
       culling,
       scratch[threadIdx.x / kWarp],
@@ -273,6 +279,21 @@ __global__ void __launch_bounds__(kLeafWarps* kWarp, kLeafBlocks<Record>)
     for (int kind = 0; kind < 2; ++kind)
       if (warp.candidates[kind]) add_to(lists.counters->candidates[kind], warp.candidates[kind]);
   }
+}
+
+/// Enqueues the leaf kernel with a filter.
+template <class Filter>
+void enqueue_leaf_kernel(const SceneView& scene, const LeafPairs& pairs, bool vertex_face,
+                         bool edge_edge, const Filter& filter, const StepLists& lists,
+                         cudaStream_t stream) {
+  const bool has_separation = scene.separation.between_bodies > 0;
+  const auto chosen = scene.is_double ? (has_separation ? leaf_pairs<DoubleRecord, true, Filter>
+                                                        : leaf_pairs<DoubleRecord, false, Filter>)
+                                      : (has_separation ? leaf_pairs<FloatRecord, true, Filter>
+                                                        : leaf_pairs<FloatRecord, false, Filter>);
+  const int blocks = scene.is_double ? kLeafBlocks<DoubleRecord> : kLeafBlocks<FloatRecord>;
+  launch_behind(chosen, static_cast<std::uint32_t>(blocks) * multiprocessors(), kLeafWarps * kWarp,
+                0, stream, scene, pairs, vertex_face, edge_edge, lists, filter);
 }
 
 }  // namespace lazyccd::gpu

@@ -10,7 +10,6 @@
 
 #include "core/bvh/node_pair.h"
 #include "core/narrow/column_layout.h"
-#include "gpu/scene/leaf_culling.cuh"
 #include "gpu/scene/scene.cuh"
 
 namespace lazyccd::gpu {
@@ -34,10 +33,9 @@ struct LeafPairs {
   const std::uint32_t* count;
   std::uint32_t first, last;
 };
-/// Turns pairs of groups into the candidates that pass the filter.
+/// Turns pairs of groups into the candidates that pass the non-penetration filter, if that is on.
 void enqueue_leaf(const SceneView& scene, const LeafPairs& pairs, bool vertex_face, bool edge_edge,
-                  bool culls, const LeafCulling& culling, const StepLists& lists,
-                  cudaStream_t stream);
+                  bool non_penetration, const StepLists& lists, cudaStream_t stream);
 
 /// Decides the candidates. Writes the contacts in no particular order, and lists the few queries
 /// that only the host can decide.

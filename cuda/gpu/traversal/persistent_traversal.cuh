@@ -63,15 +63,15 @@ void reserve_zeroed(DeviceBuffer<T>& buffer, std::size_t count, cudaStream_t str
 }
 
 /// A strategy that runs the kernel traverse() with the balancing class Blocks.
-template <class Blocks>
+template <class Blocks, class Culling>
 class PersistentTraversal : public TraversalStrategy {
  public:
   bool has_front() const override { return true; }
 
-  void reset(std::uint32_t node_count, bool culls, cudaStream_t stream) override {
-    culls_ = culls;
+  void reset(std::uint32_t node_count, cudaStream_t stream) override {
     for (Grid* grid : {&from_root_, &from_front_}) {
-      const int resident = resident_blocks(kernel(), grid->threads, grid->stack_bytes());
+      const int resident =
+          resident_blocks(traverse<Blocks, Culling>, grid->threads, grid->stack_bytes());
       // Blocks beyond the number of batches of a usual front would only wait.
       const std::uint64_t batches =
           24 * std::uint64_t{node_count} / static_cast<std::uint64_t>(grid->threads) + 1;
@@ -89,7 +89,7 @@ class PersistentTraversal : public TraversalStrategy {
     launch_behind(start_traversal<Blocks>, 1, 1, 0, stream, view(grid.blocks, grid.shape), job);
   }
 
-  void launch(const TraversalJob& job, const NodeCulling& culling, cudaStream_t stream) override {
+  void launch(const TraversalJob& job, const NodeCulling* culling, cudaStream_t stream) override {
     const Grid& grid = grid_for(job);
     enqueue_blocks(grid, view(grid.blocks, grid.shape), job, culling, stream);
   }
@@ -137,26 +137,22 @@ class PersistentTraversal : public TraversalStrategy {
 
   const Tuning& tuning() const { return tuning_; }
   std::uint32_t node_count() const { return node_count_; }
-  bool culls() const { return culls_; }
   std::uint32_t blocks() const { return std::max(from_root_.blocks, from_front_.blocks); }
   const Grid& grid_for(const TraversalJob& job) const {
     return job.initial_counters != nullptr ? from_front_ : from_root_;
   }
   void enqueue_blocks(const Grid& grid, const View& view, const TraversalJob& job,
-                      const NodeCulling& culling, cudaStream_t stream) const {
-    launch_behind(kernel(), grid.blocks, static_cast<std::uint32_t>(grid.threads),
-                  grid.stack_bytes(), stream, view, job, grid.shape, culling);
+                      const NodeCulling* culling, cudaStream_t stream) const {
+    launch_behind(traverse<Blocks, Culling>, grid.blocks, static_cast<std::uint32_t>(grid.threads),
+                  grid.stack_bytes(), stream, view, job, grid.shape, Culling::of(culling));
   }
 
  private:
   // The shared memory that a kernel has by default, less what a block's own variables take.
   static constexpr std::size_t max_stack_bytes = 40 << 10;
 
-  auto kernel() const { return culls_ ? traverse<Blocks, true> : traverse<Blocks, false>; }
-
   Tuning tuning_;
   Grid from_root_, from_front_;
-  bool culls_ = false;
   std::uint32_t node_count_ = 0;
 };
 

@@ -6,27 +6,19 @@
 #include <utility>
 
 #include "gpu/device/check.h"
+#include "gpu/traversal/extension.h"
+#include "host/extension.h"
 #include "lazyccd/error.h"
 
 namespace lazyccd {
 namespace {
 
 std::unique_ptr<gpu::TraversalStrategy> make_strategy(const DetectorOptions& options) {
-  switch (options.algorithm.strategy) {
-    case Strategy::lazy_stealing:
-      return gpu::make_lazy_stealing(options.algorithm.tuning);
-    case Strategy::lazy_stealing_greedy:
-      return gpu::make_greedy_stealing(options.algorithm.tuning);
-    case Strategy::static_list:
-      return gpu::make_static_list(options.algorithm.tuning);
-    case Strategy::task_stealing:
-      return gpu::make_task_stealing(options.algorithm.tuning);
-    case Strategy::guided:
-      return gpu::make_guided(options.algorithm.tuning);
-    case Strategy::thread_per_query:
-      return gpu::make_thread_per_query(options.algorithm.tuning);
-  }
-  throw Error(ErrorCode::invalid_argument, "unknown strategy");
+  const AlgorithmOptions& algorithm = options.algorithm;
+  const bool culls = culls_nodes(options);
+  if (algorithm.strategy == Strategy::lazy_stealing && !culls)
+    return gpu::make_lazy_stealing(algorithm.tuning);
+  return find_extension(algorithm)->gpu->make_strategy(algorithm, culls);
 }
 
 // Returns the new size of an output that needs room for `needed` pairs: with headroom, and at least
@@ -59,7 +51,7 @@ Traversal::Traversal(const DetectorOptions& options)
   *host_counters_.data() = {};
 }
 
-void Traversal::reset(std::uint32_t node_count, bool culls, cudaStream_t stream) {
+void Traversal::reset(std::uint32_t node_count, cudaStream_t stream) {
   node_count_ = node_count;
   has_front_ = false;
   // Cloth of 5 765 groups has 15 leaf pairs and 24 ended pairs per node.
@@ -73,7 +65,7 @@ void Traversal::reset(std::uint32_t node_count, bool culls, cudaStream_t stream)
   if (keep_front_)
     for (auto& front : fronts_) front.reserve(room(large ? 12 : 32));
   LAZYCCD_CUDA_CHECK(cudaMemsetAsync(root_.data(), 0, root_.bytes(), stream));
-  strategy_->reset(node_count, culls, stream);
+  strategy_->reset(node_count, stream);
 }
 
 gpu::TraversalJob Traversal::job(bool from_front) {
@@ -106,7 +98,7 @@ void Traversal::start(bool from_front, cudaStream_t stream) {
 }
 
 void Traversal::launch(const TreeNode* nodes, const gpu::GroupView& groups,
-                       const gpu::NodeCulling& culling, bool from_front, cudaStream_t stream) {
+                       const gpu::NodeCulling* culling, bool from_front, cudaStream_t stream) {
   gpu::TraversalJob job = this->job(from_front);
   job.nodes = nodes;
   job.groups = groups;

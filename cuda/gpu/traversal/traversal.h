@@ -1,7 +1,7 @@
 // The traversal on the device. From a tree with fitted boxes it finds the pairs of groups whose
 // swept boxes overlap, each once, and the front from which the next step can start.
 //
-//   traversal.reset(node_count, culls, stream);  // once per tree; forgets the front
+//   traversal.reset(node_count, stream);        // once per tree; forgets the front
 //   do {
 //     traversal.start(from_front, stream);       // behind a kernel
 //     traversal.launch(nodes, groups, culling, from_front, stream);  // capturable, see below
@@ -31,9 +31,8 @@ class Traversal {
  public:
   explicit Traversal(const DetectorOptions& options);
 
-  /// Prepares for another tree, and for launches with or without culling of nodes. Only this
-  /// function and grow() allocate.
-  void reset(std::uint32_t node_count, bool culls, cudaStream_t stream);
+  /// Prepares for another tree. Only this function and grow() allocate.
+  void reset(std::uint32_t node_count, cudaStream_t stream);
   /// Prepares for another tree of as many nodes.
   void forget_front() { has_front_ = false; }
 
@@ -43,10 +42,10 @@ class Traversal {
   /// the two. Must be enqueued behind a kernel.
   void start(bool from_front, cudaStream_t stream);
   /// Enqueues the traversal. nodes: of the tree of reset(), 16-byte aligned. groups: {} to keep
-  /// every pair that overlaps. culling: {} if reset() got culls = false. from_front: only if
-  /// has_front(). Between two calls of reset(), or of grow() that returned true, the enqueued work
-  /// depends only on the arguments and on parity().
-  void launch(const TreeNode* nodes, const gpu::GroupView& groups, const gpu::NodeCulling& culling,
+  /// every pair that overlaps. culling: null unless culls_nodes() of the options. from_front: only
+  /// if has_front(). Between two calls of reset(), or of grow() that returned true, the enqueued
+  /// work depends only on the arguments and on parity().
+  void launch(const TreeNode* nodes, const gpu::GroupView& groups, const gpu::NodeCulling* culling,
               bool from_front, cudaStream_t stream);
   bool has_front() const { return has_front_; }
   int parity() const { return parity_; }

@@ -28,13 +28,22 @@
 #include <cstdint>
 
 #include "balance/chunk_pool.h"
-#include "gpu/bvh/node_culling.cuh"
 #include "gpu/device/kernel_chain.cuh"
 #include "gpu/traversal/traversal_job.h"
 
 namespace lazyccd::gpu {
 
 constexpr unsigned kMaxTraversalBlock = 512;
+
+struct NodeCulling;  // gpu/scene/scene_culling.h
+
+/// Nodes are ruled out by their boxes alone.
+struct NoCulling {
+  static constexpr bool is_used = false;
+  struct Counts {};  // of one thread
+
+  static NoCulling of(const NodeCulling*) { return {}; }
+};
 
 /// The shape of a block's stack. The stack is a ring, so that its oldest pairs can leave too.
 struct StackShape {
@@ -148,11 +157,11 @@ __global__ void start_traversal(typename Balancing::View view, TraversalJob job)
   Balancing::start(view, job);
 }
 
-/// The traversal. culls: NodeCulling is in use.
-template <class Balancing, bool culls>
+/// The traversal. Balancing: see above. Culling: NoCulling, or a class with the same members and
+/// with is_used.
+template <class Balancing, class Culling>
 __global__ void __launch_bounds__(kMaxTraversalBlock, 2)
-    traverse(typename Balancing::View view, TraversalJob job, StackShape shape,
-             NodeCulling culling) {
+    traverse(typename Balancing::View view, TraversalJob job, StackShape shape, Culling culling) {
   begin_kernel();
   extern __shared__ NodePair stack[];
   // Used by thread 0, apart from what it tells the others. Each variable is written and read on
@@ -173,7 +182,7 @@ __global__ void __launch_bounds__(kMaxTraversalBlock, 2)
   // last round made and has not stored.
   std::uint32_t bottom = 0, top = 0, made = 0, round = 0;
   Ended ended{{0, 0}, 0, 0, Ended::none, Ended::none};
-  CulledPairs culled;
+  [[maybe_unused]] typename Culling::Counts culled;
 
   if (thread == 0) {
     tests = idle = lost = 0;
@@ -246,14 +255,14 @@ __global__ void __launch_bounds__(kMaxTraversalBlock, 2)
       pair = stack[(top - 1 - thread) & mask];
       const TreeNode a = load_node(job.nodes, pair.a), b = load_node(job.nodes, pair.b);
       visited = visit(pair, a, b);
-      if constexpr (culls) visited = culled.cull(culling, pair, visited);
+      if constexpr (Culling::is_used) visited = culled.cull(culling, pair, visited);
       group_a = a.group();
       group_b = b.group();
     }
     random_delay(job);
     const bool ends = active && visited.children == 0;
     bool leaf = ends && visited.overlaps && job.groups.opens(group_a, group_b);
-    if constexpr (culls) leaf = leaf && !culled.leaves_apart(culling, pair);
+    if constexpr (Culling::is_used) leaf = leaf && !culled.leaves_apart(culling, pair);
     const unsigned opened = __ballot_sync(kAllLanes, visited.children != 0);
     const unsigned self_pairs = __ballot_sync(kAllLanes, visited.children == 3);
     const unsigned ends_here = __ballot_sync(kAllLanes, ends);
@@ -315,7 +324,7 @@ __global__ void __launch_bounds__(kMaxTraversalBlock, 2)
   }
 
   balancing.leave(view, job);
-  if constexpr (culls) culled.add_to(*culling.counters);
+  if constexpr (Culling::is_used) culled.add_to(*culling.counters);
   if (thread != 0) return;
   add(job.counters->lost, lost);
   if (Balancing::keeps_time) return;

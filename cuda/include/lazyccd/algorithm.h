@@ -1,6 +1,9 @@
 // Switches of the algorithm, for research and tuning. They change the cost of a detection, never
 // its contacts: those are the same, bit by bit, with every setting.
 //
+// LazyCCD::core has Strategy::lazy_stealing, Volume::box and the non-penetration filter. All else
+// is in the library LazyCCD::research: see register_research().
+//
 // Papers cited here:
 //   Arora et al. 1998, "Thread scheduling for multiprogrammed multiprocessors".
 //   Curtis et al. 2008, "Fast collision detection for deformable models using
@@ -114,5 +117,11 @@ struct AlgorithmOptions {
   double rebuild_ratio = 1.5;
   bool rebuild_every_step = false;
 };
+
+/// Makes all values of Strategy, Volume and Culling known to detectors that are made from now on.
+/// In LazyCCD::research. Call it once, before the first Detector with such an option; more calls do
+/// no harm. Without it, the constructor of Detector throws Error(unavailable), which names the
+/// option.
+LAZYCCD_RESEARCH_API void register_research();
 
 }  // namespace lazyccd

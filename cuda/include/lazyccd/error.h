@@ -20,7 +20,7 @@ enum class ErrorCode {
   empty_body,           ///< a body has neither a face nor an edge
   size_mismatch,        ///< the lengths of arrays do not fit together
   file,                 ///< a file cannot be read in its format
-  unavailable,          ///< this build or this machine does not have the backend
+  unavailable,          ///< this build or this machine does not have the backend or the option
   device,               ///< the GPU reported an error
 };
 

@@ -1,5 +1,6 @@
 // Which names a shared library shows. LAZYCCD_SHARED is defined for users of shared libraries,
-// LAZYCCD_CORE_EXPORTS and LAZYCCD_BULLET_EXPORTS while one of them is compiled.
+// LAZYCCD_CORE_EXPORTS, LAZYCCD_RESEARCH_EXPORTS and LAZYCCD_BULLET_EXPORTS while one of them is
+// compiled.
 #pragma once
 
 #if !defined(LAZYCCD_SHARED)
@@ -18,6 +19,13 @@
 #define LAZYCCD_API LAZYCCD_SHOWN
 #else
 #define LAZYCCD_API LAZYCCD_TAKEN
+#endif
+
+/// In front of what LazyCCD::research shows.
+#if defined(LAZYCCD_RESEARCH_EXPORTS)
+#define LAZYCCD_RESEARCH_API LAZYCCD_SHOWN
+#else
+#define LAZYCCD_RESEARCH_API LAZYCCD_TAKEN
 #endif
 
 /// In front of what LazyCCD::bullet and LazyCCD::bullet_double show.

@@ -166,6 +166,7 @@ void row(const char* kind, std::int64_t worlds, const Scene& scene, bool with_cp
 }  // namespace
 
 int main(int argc, char** argv) {
+  lazyccd::register_research();
   std::int64_t most_faces = 20'000'000, most_worlds = 16384, cpu_faces = 2'000'000;
   int repeat = 31;
   for (int i = 1; i + 1 < argc; i += 2) {
