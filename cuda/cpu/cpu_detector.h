@@ -17,6 +17,7 @@
 #include "host/kernels/leaf_kernels.h"
 #include "host/threads/thread_pool.h"
 #include "lazyccd/detector.h"
+#include "lazyccd/export.h"
 
 namespace lazyccd {
 
@@ -139,7 +140,7 @@ class CpuDetector : public BackendDetector {
   // Returns whether the near pairs have all candidates of the loaded motion.
   bool stays_near_motion(Stats& stats);
   // Returns whether a re-check knows all pairs below two nodes that can touch.
-  bool deviates_little(NodePair pair) const;
+  LAZYCCD_API bool deviates_little(NodePair pair) const;
   // Finds the candidates of a re-check that are not known.
   void search_again(Stats& stats);
   // Returns whether the motion is so small that no near pair can touch.

@@ -28,7 +28,7 @@ const Extension* find_extension(const AlgorithmOptions& options);
 
 /// Returns the culling that the options ask for and that applies. Some of it rules out pairs that
 /// cannot touch; such pairs can still come within a separation.
-Culling culling_in_use(const DetectorOptions& options);
+LAZYCCD_API Culling culling_in_use(const DetectorOptions& options);
 /// Whether the options ask for culling of nodes beyond their axis-aligned boxes.
 bool culls_nodes(const DetectorOptions& options);
 /// Whether the options ask for elementary pairs to be tested apart from the traversal.

@@ -48,12 +48,14 @@ by_pkg_config "$build/deb/usr" "$folder" .deb
 prefix=$(dirname "$(dirname "$(find "$build/tar" -path '*include/lazyccd' -type d)")")
 by_cmake "$build/by_tar" "$prefix" .tar.gz
 
-# Shared libraries have a version in their name, and show the public interface only.
+# Shared libraries have a version in their name, and show the public interface only. LazyCCD::research needs
+# four names more.
 library=$(find "$build/deb" -name 'liblazyccd_core.so.*.*.*')
 readelf -d "$library" | sed -n 's/.*soname: \[\(.*\)\]/soname \1/p'
 hidden=$(nm -DC --defined-only "$library" | grep -c 'lazyccd::' || true)
 echo "$hidden names of LazyCCD are shown by $(basename "$library")"
-if nm -DC --defined-only "$library" | grep -E 'CpuDetector|ThreadPool::|Mesh::'; then
+for_research='CpuDetector::deviates_little|ThreadPool::start|Mesh::collide|Mesh::view'
+if nm -DC --defined-only "$library" | grep -vE "$for_research" | grep -E 'CpuDetector|ThreadPool::|Mesh::'; then
   echo "Private names are shown" >&2
   exit 1
 fi

@@ -13,6 +13,7 @@
 #include "host/scene/mesh.h"
 #include "lazyccd/contact.h"
 #include "lazyccd/debug/stopwatch.h"
+#include "lazyccd/export.h"
 #include "lazyccd/span.h"
 
 namespace lazyccd {
@@ -58,7 +59,7 @@ class NarrowPhase : public CandidateSink {
   /// Skips these candidates from now on, because the caller tests them separately. Null: none.
   void exclude(const ExcludedPairs* excluded) { excluded_ = excluded; }
 
-  void push(ContactKind kind, Candidate pair);
+  LAZYCCD_API void push(ContactKind kind, Candidate pair);
   /// Processes at most CandidateQueue::capacity candidates of the queue of any worker. May change
   /// `items`.
   void process_queued(ContactKind kind, Candidate* items, int count);

@@ -10,6 +10,7 @@
 
 #include "gpu/traversal/traversal_job.h"
 #include "lazyccd/detector.h"
+#include "lazyccd/export.h"
 
 namespace lazyccd::gpu {
 
@@ -40,6 +41,6 @@ class TraversalStrategy {
 };
 
 /// Makes Strategy::lazy_stealing without culling of nodes.
-std::unique_ptr<TraversalStrategy> make_lazy_stealing(const Tuning& tuning);
+LAZYCCD_API std::unique_ptr<TraversalStrategy> make_lazy_stealing(const Tuning& tuning);
 
 }  // namespace lazyccd::gpu

@@ -17,6 +17,7 @@
 #include "host/scene/topology_finder.h"
 #include "host/threads/noinit_vector.h"
 #include "host/threads/thread_pool.h"
+#include "lazyccd/export.h"
 #include "lazyccd/scene.h"
 
 namespace lazyccd {
@@ -99,14 +100,14 @@ class Mesh {
   const std::vector<Body>& bodies() const { return bodies_; }
   /// The disabled pairs of bodies, as smaller index << 32 | larger index, unordered.
   const std::unordered_set<std::uint64_t>& disabled_pairs() const { return disabled_; }
-  MeshView view() const;
+  LAZYCCD_API MeshView view() const;
   CellView cell_view() const;
   FirstFaces first_faces() const;
   ContactKey contact_key() const;
   ContactOrder contact_order() const;
 
   /// Whether the filters let two bodies of one world collide. With body_a == body_b: with itself.
-  bool collide(std::int32_t body_a, std::int32_t body_b) const;
+  LAZYCCD_API bool collide(std::int32_t body_a, std::int32_t body_b) const;
 
  private:
   template <class T>

@@ -16,6 +16,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "lazyccd/export.h"
+
 namespace lazyccd {
 
 /// Runs jobs on several threads. The calling thread is worker 0, so a pool of one has no thread of
@@ -152,7 +154,7 @@ class ThreadPool {
     return const_cast<void*>(static_cast<const void*>(std::addressof(job)));
   }
 
-  void start(Attendance attendance, Invoke function, void* job);
+  LAZYCCD_API void start(Attendance attendance, Invoke function, void* job);
   void submit(Invoke function, void* job);
   void publish(JobSlot& slot, Attendance attendance, Invoke function, void* job);
   void close(JobSlot& slot);

@@ -14,7 +14,8 @@
 #define LAZYCCD_TAKEN LAZYCCD_SHOWN
 #endif
 
-/// In front of what LazyCCD::core shows.
+/// In front of what LazyCCD::core shows: its public interface, and what LazyCCD::research needs of
+/// its inside.
 #if defined(LAZYCCD_CORE_EXPORTS)
 #define LAZYCCD_API LAZYCCD_SHOWN
 #else
