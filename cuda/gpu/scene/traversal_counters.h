@@ -14,7 +14,7 @@ struct alignas(8) TraversalCounters {
   std::uint64_t steals;       // batches taken from another block
   std::uint64_t overflows;    // times that pairs stayed with their block for lack of room
   std::uint64_t lost;         // work dropped for lack of room: the run is void
-  std::uint64_t balancings;   // static list: rounds after the first
+  std::uint64_t balancings;   // rounds of balancing after the first, if there are rounds
   std::uint64_t idle_cycles;  // time that blocks waited for work
   std::uint64_t cycles;       // time from start to end; both are summed over the blocks
 };
