@@ -40,7 +40,7 @@ void expect_contact() {
   const Face faces[2] = {{0, 1, 2}, {3, 4, 5}};
   Topology topology;
   topology.vertex_count = 6;
-  topology.faces = faces;
+  topology.faces = {faces, 2};
   for (const bool filter : {true, false}) {
     DetectorOptions options;
     options.algorithm.culling.non_penetration = filter;
