@@ -6,12 +6,13 @@
 #include "cpu/detector_worker.h"
 #include "cpu/node_culling.h"
 #include "host/threads/noinit_vector.h"
+#include "simd/inline.h"
 
 namespace lazyccd {
 
 /// Visits pairs of nodes for a traversal (da Silva, Algorithm 2.1): a pair of overlapping nodes is
 /// replaced by pairs of children, down to pairs of leaves. Any number of workers at once, each with
-/// a number of its own.
+/// a number of its own. Inlined into the loop over the pairs: a call for each of them can be felt.
 class PairVisitor {
  public:
   /// keeps_front: records the pairs where the traversal ends.
@@ -23,7 +24,7 @@ class PairVisitor {
 
   /// Visits a pair. Calls emit(pair) for the pairs that it leads to.
   template <class Emit>
-  void operator()(int id, NodePair pair, Emit& emit) const {
+  LAZYCCD_INLINE void operator()(int id, NodePair pair, Emit& emit) const {
     CpuDetector::Worker& worker = *detector_.workers_[id];
     // Relaxed: a worker that sees the flag late only visits a few more pairs.
     if (detector_.is_interrupted_.load(std::memory_order_relaxed))
@@ -50,7 +51,7 @@ class PairVisitor {
   }
 
  private:
-  bool is_skipped(NodePair pair) const {
+  LAZYCCD_INLINE bool is_skipped(NodePair pair) const {
     return detector_.is_excluded(pair) || detector_.is_known(pair);
   }
   bool is_culled(CpuDetector::Worker& worker, NodePair pair) const {
@@ -63,7 +64,7 @@ class PairVisitor {
     ++worker.ended;
     if (keeps_front_) worker.front.push_back(pair);
   }
-  void visit_groups(CpuDetector::Worker& worker, NodePair pair) const {
+  LAZYCCD_INLINE void visit_groups(CpuDetector::Worker& worker, NodePair pair) const {
     const std::int32_t a = nodes_[pair.a].group(), b = nodes_[pair.b].group();
     if (!detector_.kernels_->visit(worker.scene(), a, b, worker) ||
         detector_.hierarchy_.both_rest(pair))
