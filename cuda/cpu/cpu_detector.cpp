@@ -9,7 +9,6 @@
 #include "core/narrow/separation.h"
 #include "core/profile.h"
 #include "cpu/balanced_traversal.h"
-#include "lazyccd/debug/stopwatch.h"
 #include "cpu/detector_worker.h"
 #include "cpu/extension.h"
 #include "cpu/narrow/candidate_batches.h"

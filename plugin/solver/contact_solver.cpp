@@ -93,8 +93,7 @@ void ContactSolver::write(const RowBlock& block, Motion& motion, Scratch& scratc
       const float* solved = block.batches[b].impulse + 4 * i;
       (for_split_impulse_ ? row.split_impulse : row.normal_impulse) =
           unit * static_cast<double>(solved[3]);
-      if (!for_split_impulse_)
-        row.tangent_impulse = unit * vector_of(solved);
+      if (!for_split_impulse_) row.tangent_impulse = unit * vector_of(solved);
       LAZYCCD_ASSERT(row.normal_impulse >= 0 && row.split_impulse >= 0, "contacts push");
       if (!has_impulse(row)) continue;
       const Vector3d impulse = for_split_impulse_ ? row.split_impulse * row.normal : row.impulse();

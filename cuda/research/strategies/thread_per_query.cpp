@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "core/bvh/tree.h"
-#include "lazyccd/debug/stopwatch.h"
 #include "cpu/pair_visitor.h"
+#include "lazyccd/debug/stopwatch.h"
 
 namespace lazyccd::research {
 namespace {
