@@ -17,7 +17,7 @@ namespace lazyccd::program {
 
 namespace {
 
-struct Arguments {
+struct BenchArguments {
   std::vector<std::string> frames;
   std::vector<std::string> backends{"cpu", "cuda"};
   std::vector<std::string> strategies;
@@ -26,7 +26,7 @@ struct Arguments {
 };
 
 // One row of a scene's table: a backend, a strategy and a way to start.
-struct Setting {
+struct BenchSetting {
   std::string backend, strategy, mode;
   DetectorOptions options;
   // The start is already on the GPU, as the end of the previous step. So it is in a simulation.
@@ -57,8 +57,8 @@ double percentile(std::vector<double> values, double share) {
 // Returns the settings that are worth measuring. On the GPU these are, for each strategy, the CUDA
 // graph as it is normally used and the single stages (their sum is a little more than the graph's
 // time). lazy_stealing is also measured from the root and with a resident start.
-std::vector<Setting> settings(const Arguments& arguments) {
-  std::vector<Setting> all;
+std::vector<BenchSetting> bench_settings(const BenchArguments& arguments) {
+  std::vector<BenchSetting> all;
   for (const std::string& backend : arguments.backends) {
     DetectorOptions options;
     options.threads = arguments.threads;
@@ -86,7 +86,7 @@ std::vector<Setting> settings(const Arguments& arguments) {
   return all;
 }
 
-void run_scene(const Arguments& arguments, const std::string& start_name,
+void run_scene(const BenchArguments& arguments, const std::string& start_name,
                const std::string& end_name, std::ofstream& csv) {
   const io::Mesh start = io::read_ply(start_name), end = io::read_ply(end_name);
   io::require_same_topology(start, start_name, end, end_name);
@@ -97,7 +97,7 @@ void run_scene(const Arguments& arguments, const std::string& start_name,
 
   std::uint64_t hash = 0;
   bool first = true;
-  for (const Setting& setting : settings(arguments)) {
+  for (const BenchSetting& setting : bench_settings(arguments)) {
     Detector detector(setting.options);
     detector.set_topology(io::topology(start));
     std::vector<std::vector<double>> times(std::size(kTimes));
@@ -135,7 +135,7 @@ void run_scene(const Arguments& arguments, const std::string& start_name,
   }
 }
 
-void run(const Arguments& arguments) {
+void run_bench(const BenchArguments& arguments) {
   if (arguments.frames.size() % 2 != 0)
     throw Error(ErrorCode::invalid_argument, "the frames must be pairs: START END START END ...");
   std::ofstream csv;
@@ -158,7 +158,7 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_bench(CLI::App& app) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<BenchArguments>();
   for (const Strategy strategy : kStrategies) arguments->strategies.emplace_back(name(strategy));
   CLI::App* command = app.add_subcommand(
       "bench", "Time whole detections stage by stage, with each backend and strategy");
@@ -183,7 +183,7 @@ void add_bench(CLI::App& app) {
       "contacts in GPU memory. All rows of a scene must have the same hash; otherwise the bench\n"
       "fails.\n"
       "Example: lazyccd bench 92.ply 93.ply --backend cpu cuda --csv bench.csv");
-  command->callback([arguments] { run(*arguments); });
+  command->callback([arguments] { run_bench(*arguments); });
 }
 
 }  // namespace lazyccd::program

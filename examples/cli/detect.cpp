@@ -15,7 +15,7 @@ namespace lazyccd::program {
 
 namespace {
 
-struct Arguments {
+struct DetectArguments {
   std::string start, end;
   DetectorOptions options;
   std::string out, stats;
@@ -32,7 +32,7 @@ void print_summary(const Detector& detector) {
               stats.ms_traverse, stats.ms_sort);
 }
 
-void run(const Arguments& arguments) {
+void run_detect(const DetectArguments& arguments) {
   const io::Mesh start = io::read_ply(arguments.start);
   const io::Mesh end = io::read_ply(arguments.end);
   io::require_same_topology(start, arguments.start, end, arguments.end);
@@ -49,7 +49,7 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_detect(CLI::App& app) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<DetectArguments>();
   CLI::App* command = app.add_subcommand(
       "detect", "Find every contact of a mesh that moves from one frame to the next");
   command->add_option("START", arguments->start, "PLY file of the mesh at the start of the step")
@@ -72,7 +72,7 @@ void add_detect(CLI::App& app) {
       "Vertices are numbered as in the PLY files. toi is the time of impact, from 0 (start) to\n"
       "1 (end).\n"
       "Example: lazyccd detect 92.ply 93.ply --threads 2 --out contacts.csv --stats stats.json");
-  command->callback([arguments] { run(*arguments); });
+  command->callback([arguments] { run_detect(*arguments); });
 }
 
 }  // namespace lazyccd::program

@@ -13,13 +13,13 @@ namespace lazyccd::program {
 
 namespace {
 
-struct Arguments {
+struct ModelArguments {
   std::string model, out;
   std::uint64_t seed = 1;
   int first = 0, last = models::Model::frames - 1;
 };
 
-void run(const Arguments& arguments) {
+void run_models(const ModelArguments& arguments) {
   if (arguments.model.empty()) {
     for (const models::ModelName& m : models::model_names())
       std::printf("%-12s %s\n", m.name, m.meaning);
@@ -45,7 +45,7 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_models(CLI::App& app) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ModelArguments>();
   CLI::App* command =
       app.add_subcommand("models", "List the generated models, or write frames of one model");
   command->add_option("MODEL", arguments->model,
@@ -61,7 +61,7 @@ void add_models(CLI::App& app) {
   command->footer("Example: lazyccd models funnel --first 50 --last 51 --out frames");
   command->callback([arguments] {
     if (arguments->out.empty()) arguments->out = ".";
-    run(*arguments);
+    run_models(*arguments);
   });
 }
 

@@ -16,7 +16,7 @@ namespace lazyccd::program {
 
 namespace {
 
-struct Arguments {
+struct QueryArguments {
   std::string file;
   ContactKind kind{};
   std::string out, stats;
@@ -85,7 +85,7 @@ nlohmann::ordered_json to_json(const Summary& summary) {
   return json;
 }
 
-void run(const Arguments& arguments) {
+void run_queries(const QueryArguments& arguments) {
   const io::QueryFile file = io::read_queries(arguments.file);
   std::vector<QueryResult> results(file.points.size());
   std::vector<Stage> stages(file.points.size());
@@ -106,7 +106,7 @@ void run(const Arguments& arguments) {
 void add_queries(CLI::App& app) {
   static const std::map<std::string, ContactKind> kinds = {{"vf", ContactKind::vertex_face},
                                                            {"ee", ContactKind::edge_edge}};
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<QueryArguments>();
   CLI::App* command = app.add_subcommand("queries", "Decide elementary queries one by one");
   command
       ->add_option(
@@ -126,7 +126,7 @@ void add_queries(CLI::App& app) {
       "truth (0 or 1) as a seventh column. A .bin has int32 n, 24 n float64 and n bytes of truth.\n"
       "If the truth is given, missed hits and false hits are counted.\n"
       "Example: lazyccd queries unit-tests/vertex-face/data_0_0.csv --kind vf --out answers.csv");
-  command->callback([arguments] { run(*arguments); });
+  command->callback([arguments] { run_queries(*arguments); });
 }
 
 }  // namespace lazyccd::program

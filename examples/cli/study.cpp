@@ -20,7 +20,7 @@ namespace lazyccd::program {
 
 namespace {
 
-struct Arguments {
+struct StudyArguments {
   std::vector<std::string> models, backends{"cpu"}, strategies, fronts{"auto"}, volumes{"box"},
       culling{"default"};
   std::vector<int> threads{0}, blocks{0}, block_sizes{0}, chunks{0}, stacks{0};
@@ -32,7 +32,7 @@ struct Arguments {
   std::string csv, steps_csv, label;
 };
 
-struct Setting {
+struct StudySetting {
   std::string backend, front, culling;
   DetectorOptions options;
 };
@@ -102,9 +102,10 @@ FrontUse parse_front(const std::string& text) {
 
 // Replaces `settings` by all combinations of a setting and a value.
 template <class Value, class Apply>
-void multiply(std::vector<Setting>& settings, const std::vector<Value>& values, Apply&& apply) {
-  std::vector<Setting> product;
-  for (const Setting& setting : settings) {
+void multiply(std::vector<StudySetting>& settings, const std::vector<Value>& values,
+              Apply&& apply) {
+  std::vector<StudySetting> product;
+  for (const StudySetting& setting : settings) {
     for (const Value& value : values) {
       product.push_back(setting);
       apply(product.back(), value);
@@ -114,52 +115,52 @@ void multiply(std::vector<Setting>& settings, const std::vector<Value>& values, 
 }
 
 // Returns all combinations of settings. Options that a backend does not use are not varied for it.
-std::vector<Setting> settings(const Arguments& a) {
-  std::vector<Setting> all;
+std::vector<StudySetting> study_settings(const StudyArguments& a) {
+  std::vector<StudySetting> all;
   for (const std::string& backend : a.backends) {
     const bool cpu = backend == "cpu";
     std::vector<std::string> strategies = a.strategies;
     if (strategies.empty())
       for (const Strategy s : kStrategies) strategies.emplace_back(name(s));
-    std::vector<Setting> combinations{{backend, "auto", "default", {}}};
+    std::vector<StudySetting> combinations{{backend, "auto", "default", {}}};
     combinations[0].options.backend = cpu ? Backend::cpu : Backend::cuda;
     combinations[0].options.algorithm.tuning.graph = !a.stages;
-    multiply(combinations, strategies, [](Setting& s, const std::string& x) {
+    multiply(combinations, strategies, [](StudySetting& s, const std::string& x) {
       s.options.algorithm.strategy = parse_strategy(x);
     });
-    multiply(combinations, a.fronts, [](Setting& s, const std::string& x) {
+    multiply(combinations, a.fronts, [](StudySetting& s, const std::string& x) {
       s.front = x;
       s.options.algorithm.front = parse_front(x);
     });
     multiply(combinations, a.front_periods,
-             [](Setting& s, int x) { s.options.algorithm.front_period = x; });
+             [](StudySetting& s, int x) { s.options.algorithm.front_period = x; });
     multiply(combinations, a.front_ratios,
-             [](Setting& s, double x) { s.options.algorithm.front_ratio = x; });
-    multiply(combinations, a.volumes, [](Setting& s, const std::string& x) {
+             [](StudySetting& s, double x) { s.options.algorithm.front_ratio = x; });
+    multiply(combinations, a.volumes, [](StudySetting& s, const std::string& x) {
       s.options.algorithm.volume = parse_volume(x);
     });
-    multiply(combinations, a.culling, [](Setting& s, const std::string& x) {
+    multiply(combinations, a.culling, [](StudySetting& s, const std::string& x) {
       s.culling = x;
       s.options.algorithm.culling = parse_culling(x);
     });
     if (cpu) {
-      multiply(combinations, a.threads, [](Setting& s, int x) { s.options.threads = x; });
+      multiply(combinations, a.threads, [](StudySetting& s, int x) { s.options.threads = x; });
     } else {
       multiply(combinations, a.blocks,
-               [](Setting& s, int x) { s.options.algorithm.tuning.blocks = x; });
+               [](StudySetting& s, int x) { s.options.algorithm.tuning.blocks = x; });
       multiply(combinations, a.block_sizes,
-               [](Setting& s, int x) { s.options.algorithm.tuning.block_size = x; });
+               [](StudySetting& s, int x) { s.options.algorithm.tuning.block_size = x; });
     }
     multiply(combinations, a.chunks,
-             [](Setting& s, int x) { s.options.algorithm.tuning.chunk = x; });
+             [](StudySetting& s, int x) { s.options.algorithm.tuning.chunk = x; });
     multiply(combinations, a.stacks,
-             [](Setting& s, int x) { s.options.algorithm.tuning.stack = x; });
+             [](StudySetting& s, int x) { s.options.algorithm.tuning.stack = x; });
     all.insert(all.end(), combinations.begin(), combinations.end());
   }
   return all;
 }
 
-std::string describe(const Setting& s, const Stats& stats) {
+std::string describe(const StudySetting& s, const Stats& stats) {
   std::ostringstream text;
   const Tuning& t = s.options.algorithm.tuning;
   text << s.backend << ',' << '"' << stats.device << '"' << ','
@@ -192,7 +193,7 @@ std::ofstream open(const std::string& name, const std::string& heading) {
 
 class Study {
  public:
-  explicit Study(const Arguments& a) : arguments_(a), settings_(settings(a)) {
+  explicit Study(const StudyArguments& a) : arguments_(a), settings_(study_settings(a)) {
     std::string columns;
     for (const Column& c : kColumns) columns += std::string(",") + c.name;
     summary_ = open(a.csv, std::string("model,triangles,") + kSettingColumns +
@@ -211,7 +212,7 @@ class Study {
                 "front", "contacts", "steals", "idle");
     bool first = true;
     std::uint64_t expected = 0;
-    for (const Setting& setting : settings_) {
+    for (const StudySetting& setting : settings_) {
       const std::uint64_t hash = run(name, *model, frames, setting);
       if (first) expected = hash;
       first = false;
@@ -223,7 +224,7 @@ class Study {
 
  private:
   std::uint64_t run(const std::string& model_name, const models::Model& model,
-                    const std::vector<std::vector<float>>& frames, const Setting& setting) {
+                    const std::vector<std::vector<float>>& frames, const StudySetting& setting) {
     Detector detector(setting.options);
     detector.set_topology(model.topology());
     const std::size_t vertices = model.vertex_count();
@@ -269,12 +270,12 @@ class Study {
     return hash;
   }
 
-  const Arguments& arguments_;
-  std::vector<Setting> settings_;
+  const StudyArguments& arguments_;
+  std::vector<StudySetting> settings_;
   std::ofstream summary_, steps_;
 };
 
-void run(const Arguments& arguments) {
+void run_study(const StudyArguments& arguments) {
   if (arguments.last - arguments.first <= arguments.warm_up)
     throw Error(ErrorCode::invalid_argument, "no step is left after the warm-up");
   Study study(arguments);
@@ -287,8 +288,8 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_study(CLI::App& app) {
-  const auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+  const auto arguments = std::make_shared<StudyArguments>();
+  StudyArguments& a = *arguments;
   CLI::App* command = app.add_subcommand(
       "study", "Run generated models through their motion with every combination of settings");
   command->add_option("--model", a.models, "names from `lazyccd models`; default: all");
@@ -349,7 +350,7 @@ void add_study(CLI::App& app) {
       "If an option has several values, each is tried in turn. Times are means in milliseconds.\n"
       "All rows of a model must have the same hash; otherwise the study fails.\n"
       "Example: lazyccd study --model funnel --threads 1 2 --csv study.csv");
-  command->callback([arguments] { run(*arguments); });
+  command->callback([arguments] { run_study(*arguments); });
 }
 
 }  // namespace lazyccd::program

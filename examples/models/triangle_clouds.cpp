@@ -8,7 +8,7 @@
 namespace lazyccd::models {
 namespace {
 
-constexpr double kTurn = 6.283185307179586;  // a full turn, radians
+constexpr double kFullTurn = 6.283185307179586;  // a full turn, radians
 
 // Size of the triangles, metres; the swarm is one metre wide. Larger triangles overlap more, so the
 // traversal expands more pairs of nodes down to the leaves. With this size the mean front over the
@@ -25,7 +25,7 @@ class TriangleCloud : public Model {
       for (int k = 0; k < 3; ++k) {
         s.centre[k] = random.uniform(0, 1);
         s.reach[k] = random.uniform(-0.2, 0.2);
-        s.phase[k] = random.uniform(0, kTurn);
+        s.phase[k] = random.uniform(0, kFullTurn);
         s.corner[0][k] = random.uniform(-1, 1);
         s.corner[1][k] = random.uniform(-1, 1);
       }
@@ -39,14 +39,14 @@ class TriangleCloud : public Model {
   void positions(double time, std::vector<float>& out) const override {
     out.clear();
     for (const Swing& s : swings_) {
-      const double angle = kTurn * s.turns * time, c = std::cos(angle), d = std::sin(angle);
+      const double angle = kFullTurn * s.turns * time, c = std::cos(angle), d = std::sin(angle);
       for (int corner = 0; corner < 3; ++corner) {
         // The third corner is minus the sum of the other two. They rotate in their common plane.
         const double a = corner == 0 ? c : corner == 1 ? -d : d - c;
         const double b = corner == 0 ? d : corner == 1 ? c : -c - d;
         for (int k = 0; k < 3; ++k)
           out.push_back(static_cast<float>(s.centre[k] +
-                                           s.reach[k] * std::sin(kTurn * time + s.phase[k]) +
+                                           s.reach[k] * std::sin(kFullTurn * time + s.phase[k]) +
                                            size * (a * s.corner[0][k] + b * s.corner[1][k])));
       }
     }

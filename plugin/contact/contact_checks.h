@@ -1,7 +1,6 @@
 // What assertions ask of contacts and of their rows.
 #pragma once
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -56,9 +55,7 @@ inline bool sum_to_zero(const std::array<double, 4>& weights) {
 }
 
 /// Whether a normal has length 1, but for the rounding of float.
-inline bool is_unit(const Eigen::Vector3d& normal) {
-  return std::abs(normal.squaredNorm() - 1) <= 1e-5;
-}
+inline bool is_unit(const Vector3d& normal) { return std::abs(normal.squaredNorm() - 1) <= 1e-5; }
 
 /// Bound of the rounding of a gap at the start of the step, metres: u, v and the normal are float.
 inline double rounding_of_gap(const ContactRow& row, const Motion& motion) {

@@ -8,7 +8,6 @@
 #include "lazyccd/debug/stopwatch.h"
 #include "settings.h"
 #include "util/profile.h"
-#include "util/stopwatch.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -151,7 +150,7 @@ std::vector<Contact> StepDetector::touching(const Positions& start, const Positi
   std::vector<Contact> contacts = keep_responding(found);
   report_only_is_known_ = contacts.empty() && is_end_of_motion(end);
   if (is_end_of_motion(end)) note_seen_end();
-  counts_.ms_detect += watch.ms();
+  counts_.ms_detect += watch.lap();
   return contacts;
 }
 
@@ -226,7 +225,7 @@ NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
   filter_.set_end_changed(found_any_);
   report_only_is_known_ = !found_any_;
   note_seen_end();
-  counts_.ms_detect += watch.ms();
+  counts_.ms_detect += watch.lap();
   return selected;
 }
 

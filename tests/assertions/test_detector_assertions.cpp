@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "assertions/failed_belief.h"
-#include "cpu/threads/thread_pool.h"
+#include "host/threads/thread_pool.h"
 #include "cpu/verlet/verlet_list.h"
 #include "lazyccd/debug/assert.h"
 #include "support/catch.h"

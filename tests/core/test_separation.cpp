@@ -19,48 +19,52 @@ using namespace lazyccd::test;
 
 namespace {
 
-constexpr double tick = 0x1p-32;
-using Point = std::array<long double, 3>;
+constexpr double time_unit = 0x1p-32;
+using LongPoint = std::array<long double, 3>;
 
-Point operator-(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-long double dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Point along(const Point& a, const Point& d, long double t) {
+LongPoint operator-(const LongPoint& a, const LongPoint& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+long double dot(const LongPoint& a, const LongPoint& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+LongPoint along(const LongPoint& a, const LongPoint& d, long double t) {
   return {a[0] + t * d[0], a[1] + t * d[1], a[2] + t * d[2]};
 }
 long double clamped(long double x) { return x > 0 ? (x < 1 ? x : 1) : 0; }
 
-long double squared_point_segment(const Point& p, const Point& a, const Point& b) {
-  const Point ab = b - a;
+long double squared_point_segment(const LongPoint& p, const LongPoint& a, const LongPoint& b) {
+  const LongPoint ab = b - a;
   const long double size = dot(ab, ab);
-  const Point q = along(a, ab, size > 0 ? clamped(dot(p - a, ab) / size) : 0);
+  const LongPoint q = along(a, ab, size > 0 ? clamped(dot(p - a, ab) / size) : 0);
   return dot(p - q, p - q);
 }
 
 // Distance of the primitives by brute force over all features: interiors, if the projections fall
 // inside, and all vertices and edges.
-long double distance(ContactKind kind, const std::array<Point, 4>& x) {
+long double distance(ContactKind kind, const std::array<LongPoint, 4>& x) {
   long double least = std::numeric_limits<long double>::infinity();
   const auto consider = [&](long double squared) { least = std::fmin(least, squared); };
   if (kind == ContactKind::vertex_face) {
-    const Point e1 = x[2] - x[1], e2 = x[3] - x[1], r = x[0] - x[1];
+    const LongPoint e1 = x[2] - x[1], e2 = x[3] - x[1], r = x[0] - x[1];
     const long double a = dot(e1, e1), b = dot(e1, e2), c = dot(e2, e2);
     const long double det = a * c - b * b;
     const long double u = (c * dot(e1, r) - b * dot(e2, r)) / det;
     const long double v = (a * dot(e2, r) - b * dot(e1, r)) / det;
     if (det > 0 && u >= 0 && v >= 0 && u + v <= 1) {
-      const Point gap = along(along(r, e1, -u), e2, -v);
+      const LongPoint gap = along(along(r, e1, -u), e2, -v);
       consider(dot(gap, gap));
     }
     for (const auto& [i, j] : {std::pair(1, 2), {2, 3}, {3, 1}})
       consider(squared_point_segment(x[0], x[i], x[j]));
   } else {
-    const Point e1 = x[1] - x[0], e2 = x[3] - x[2], r = x[2] - x[0];
+    const LongPoint e1 = x[1] - x[0], e2 = x[3] - x[2], r = x[2] - x[0];
     const long double a = dot(e1, e1), b = dot(e1, e2), c = dot(e2, e2);
     const long double det = a * c - b * b;
     const long double u = (c * dot(e1, r) - b * dot(e2, r)) / det;
     const long double v = (b * dot(e1, r) - a * dot(e2, r)) / det;
     if (det > 0 && u >= 0 && u <= 1 && v >= 0 && v <= 1) {
-      const Point gap = along(along(r, e1, -u), e2, v);
+      const LongPoint gap = along(along(r, e1, -u), e2, v);
       consider(dot(gap, gap));
     }
     for (const auto& [p, i, j] : {std::array{0, 2, 3}, {1, 2, 3}, {2, 0, 1}, {3, 0, 1}})
@@ -70,7 +74,7 @@ long double distance(ContactKind kind, const std::array<Point, 4>& x) {
 }
 
 long double distance_at(ContactKind kind, const QueryPoints& q, long double t) {
-  std::array<Point, 4> x;
+  std::array<LongPoint, 4> x;
   for (std::size_t i = 0; i < 4; ++i)
     for (std::size_t k = 0; k < 3; ++k)
       x[i][k] =
@@ -103,7 +107,7 @@ TEST_CASE("a falling vertex is in contact when it is as near as the separation")
   const QueryResult result = decide_within(vf, falling_vertex(1, 0.125), 0.25);
   REQUIRE(result.hit);
   CHECK(result.toi <= 0.75 / 0.875);
-  CHECK(result.toi > 0.75 / 0.875 - 3 * tick);
+  CHECK(result.toi > 0.75 / 0.875 - 3 * time_unit);
   CHECK_FALSE(decide_within(vf, falling_vertex(1, 0.26), 0.25).hit);
   CHECK_FALSE(decide_within(vf, falling_vertex(1, 0.25000001), 0.25).hit);
   CHECK(decide_within(vf, falling_vertex(1, 0.25), 0.25).hit);
@@ -193,7 +197,7 @@ TEST_CASE("no query that comes within the separation is missed, none found late 
             missed = missed || (inside && distance_at(kind, q, t) < h * (1 - 1e-12));
           }
           bool far = false;
-          if (result.hit) far = distance_at(kind, q, result.toi + tick) > h + 1e-6 * size;
+          if (result.hit) far = distance_at(kind, q, result.toi + time_unit) > h + 1e-6 * size;
           if (missed || far) {
             INFO(generator.name << ", number " << i << ", part " << part);
             CHECK_FALSE(missed);

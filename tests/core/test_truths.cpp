@@ -13,7 +13,7 @@ using namespace lazyccd::test;
 
 namespace {
 
-constexpr double tick = 0x1p-32;
+constexpr double time_step = 0x1p-32;
 constexpr double digits = 1e-16;  // precision of the times in the truth files
 
 void check_oracle(const TruthSet& set) {
@@ -40,7 +40,7 @@ void check_decisions(const TruthSet& set, Decide decide_query) {
     false_hits += !set.hit[i] && result.hit;
     if (set.toi.empty() || !set.hit[i] || !result.hit) continue;
     late += result.toi > set.toi[i] + digits;
-    early += result.toi + tick < set.toi[i] - digits;
+    early += result.toi + time_step < set.toi[i] - digits;
   }
   INFO(set.name);
   CHECK(missed == 0);

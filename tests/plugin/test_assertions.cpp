@@ -33,7 +33,7 @@ struct VerticesAboveFace {
     motion.end = motion.start;
     motion.inverse_mass = std::vector<double>(5, 1);
     motion.shortest_edge = motion.rate = std::vector<double>(5, 1);
-    motion.velocity.assign(5, Eigen::Vector3d::Zero());
+    motion.velocity.assign(5, bullet::Vector3d::Zero());
     motion.velocity_change = motion.velocity;
     motion.first_vertex = {0, 2, 5};
     motion.rigid_of_body = {-1, -1};

@@ -23,8 +23,6 @@ constexpr double explosion_speed = 2000;
 // overflows there.
 constexpr double max_distance = 1e7;
 
-btScalar scalar(double x) { return static_cast<btScalar>(x); }
-
 // Frequency of the fixed step in scenes with frames of random length, Hz.
 constexpr double frequency = 240;
 

@@ -11,6 +11,8 @@
 
 namespace lazyccd::test {
 
+inline btScalar scalar(double x) { return static_cast<btScalar>(x); }
+
 /// A Mersenne Twister with the random choices that test scenes need.
 class RandomSource {
  public:

@@ -24,8 +24,6 @@ namespace {
 
 using scenes::Triangles;
 
-btScalar scalar(double x) { return static_cast<btScalar>(x); }
-
 Triangles hull_of(const std::vector<btVector3>& points) {
   btConvexHullComputer computer;
   computer.compute(&points[0].x(), sizeof(btVector3), static_cast<int>(points.size()), 0, 0);

@@ -13,8 +13,6 @@ namespace {
 
 using Flag = btSoftBody::fCollision;
 
-btScalar scalar(double x) { return static_cast<btScalar>(x); }
-
 double lightest_node(const btSoftBody& body) {
   double lightest = 1e30;
   for (int i = 0; i < body.m_nodes.size(); ++i) {

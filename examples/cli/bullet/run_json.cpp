@@ -3,7 +3,7 @@
 namespace lazyccd::program {
 namespace {
 
-nlohmann::ordered_json to_json(const scenes::StepTimes& ms) {
+nlohmann::ordered_json times_json(const scenes::StepTimes& ms) {
   return {{"total", ms.total},   {"bullet", ms.bullet},     {"gather", ms.gather},
           {"detect", ms.detect}, {"response", ms.response}, {"write", ms.write}};
 }
@@ -64,8 +64,8 @@ nlohmann::ordered_json to_json(const scenes::RunReport& report) {
                       {"end_potential", report.end.potential_energy}};
   json["response_energy_J"] = {{"gained", stats.energy_gained}, {"lost", stats.energy_lost}};
   json["end_speed_m_s"] = {{"rms", report.end.rms_speed}, {"largest", report.end.largest_speed}};
-  json["ms_per_step"] = to_json(report.mean);
-  json["median_ms_per_step"] = to_json(report.median);
+  json["ms_per_step"] = times_json(report.mean);
+  json["median_ms_per_step"] = times_json(report.median);
   json["kinetic_energy_J"] = report.kinetic_energy;
   json["each_step"] = steps_of(report);
   json["status"] = report.status;

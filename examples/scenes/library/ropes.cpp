@@ -45,7 +45,7 @@ void build_rope_on_cloth(Scene& scene, const Parameters& parameters, double spee
 
 constexpr double twist_width = 0.16, twist_length = 1.2;  // m
 constexpr double turns = 5;                               // of each end, in opposite directions
-constexpr double pi = 3.14159265358979323846;
+constexpr double half_turn = 3.14159265358979323846;      // radians
 
 // A strip whose ends turn in opposite directions. `speed` is the speed of its corners.
 void build_twist(Scene& scene, const Parameters& parameters, double speed) {
@@ -63,7 +63,7 @@ void build_twist(Scene& scene, const Parameters& parameters, double speed) {
     for (int i = first; i < first + columns; ++i) held.push_back(strip->m_nodes[i].m_x);
   }
   world.add(std::move(strip));
-  const double rate = speed / (twist_width / 2), last = 2 * pi * turns;
+  const double rate = speed / (twist_width / 2), last = 2 * half_turn * turns;
   world.drive([=, dt = world.options().dt](double time) {
     const double angle = std::min(rate * time, last);
     for (int i = 0; i < 2 * columns; ++i) {
@@ -96,7 +96,7 @@ std::vector<SceneInfo> rope_scenes() {
   twist.description =
       "the two ends of a strip of cloth turn in opposite directions, five times each";
   twist.speed = 1;
-  twist.distance = turns * pi * twist_width;
+  twist.distance = turns * half_turn * twist_width;
   twist.seconds = 0.2;
   twist.margin = 0.002;
   twist.build = build_twist;
