@@ -70,18 +70,16 @@ inline bool start_satisfies(const ContactRow& row, const Motion& motion) {
   return row.target_gap <= row.start_gap + rounding_of_gap(row, motion);
 }
 
-/// Whether the normals of rows of one pair, from `first` on, point to one side. Normals of a pair
-/// that turns far in the step may differ by more, if it starts at a distance from both planes.
-inline bool have_one_sign(const std::vector<ContactRow>& rows, std::size_t first,
-                          const Motion& motion) {
-  const auto starts_apart = [&](const ContactRow& row) {
-    return std::abs(row.start_gap) > rounding_of_gap(row, motion);
-  };
-  return std::all_of(rows.begin() + static_cast<std::ptrdiff_t>(first), rows.end(),
-                     [&](const ContactRow& row) {
-                       return row.normal.dot(rows.back().normal) >= 0 ||
-                              (starts_apart(row) && starts_apart(rows.back()));
-                     });
+/// Whether the normals of rows of one pair, from `first` on, point to one side. This is asked of
+/// contacts at the start of the step alone: a pair that meets later, and turns, may meet again from
+/// the other side.
+inline bool have_one_sign(const std::vector<ContactRow>& rows, std::size_t first) {
+  const ContactRow& last = rows.back();
+  return last.contact.toi > 0 || std::all_of(rows.begin() + static_cast<std::ptrdiff_t>(first),
+                                             rows.end(), [&](const ContactRow& row) {
+                                               return row.contact.toi > 0 ||
+                                                      row.normal.dot(last.normal) >= 0;
+                                             });
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -124,6 +124,7 @@ void NearContactSelector::remember(const std::vector<LastImpulses::Pair>& pairs)
 
 NearContacts NearContactSelector::select(Span<const Contact> found, const ContactFilter& filter,
                                          const Motion& motion, const Threads& threads) {
+  LAZYCCD_BT_PROFILE("select");
   LAZYCCD_ASSERT(are_sorted(found), "contacts to select from are sorted, none twice");
   LAZYCCD_ASSERT(std::is_sorted(selected_.begin(), selected_.end()),
                  "pairs that were selected in the last step are sorted");

@@ -197,8 +197,8 @@ void ContactConstraints::merge(const std::vector<Contact>& contacts, const Motio
       if (row.has_impulse() || row.split_impulse > 0) merged_.push_back(row);
     }
     make(contact, merged_.emplace_back());
-    LAZYCCD_ASSERT(have_one_sign(merged_, first_of_pair, motion),
-                   "all rows of a pair in a step have one sign of the normal");
+    LAZYCCD_ASSERT(have_one_sign(merged_, first_of_pair),
+                   "rows of a pair that is in contact at the start have one sign");
     LAZYCCD_ASSERT(start_satisfies(merged_.back(), motion),
                    "the start of the step satisfies an added row");
   }

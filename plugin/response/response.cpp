@@ -259,6 +259,7 @@ void Response::finish(Motion& motion, StepStats& stats) {
   LAZYCCD_ASSERT(std::all_of(motion.velocity_change.begin(), motion.velocity_change.end(),
                              [](const Vector3d& change) { return change.allFinite(); }),
                  "the response changes velocities by finite amounts");
+  if (!options_.measure_energy) return;
   const double before = kinetic_energy_before(motion);
   const double change = kinetic_energy_after(motion) - before;
   (change > 0 ? stats.energy_gained : stats.energy_lost) += std::abs(change);

@@ -14,7 +14,7 @@ namespace {
 
 // A unit vector across `axis`.
 Vector3d orthogonal_to(const Vector3d& axis) {
-  constexpr double negligible = 1e-12;
+  constexpr double negligible = 1e-12;  // rounding
   const bool is_along_z = std::hypot(axis.x(), axis.y()) <= negligible * std::abs(axis.z());
   return (is_along_z ? Vector3d(0, -axis.z(), axis.y()) : Vector3d(-axis.y(), axis.x(), 0))
       .normalized();

@@ -164,7 +164,8 @@ TEST_CASE("assertions on added rows fail where they must") {
     return failed_belief([&] { constraints.add({contact}, touching.motion); });
   };
   CHECK(belief_at_gap_zero(low).empty());
-  CHECK(belief_at_gap_zero(turned) == "all rows of a pair in a step have one sign of the normal");
+  CHECK(belief_at_gap_zero(turned) ==
+        "rows of a pair that is in contact at the start have one sign");
 }
 
 TEST_CASE("assertions on kept impulses fail where they must") {

@@ -116,8 +116,8 @@ struct ParentLink {
   LAZYCCD_HD std::uint32_t is_left() const { return bits & 1; }
 };
 
-/// Where an inner node and its children lie among the nodes of a Tree (host/bvh/tree.h), in which
-/// the children of the i-th inner node in preorder are nodes 1 + 2 i and 2 + 2 i.
+/// Where an inner node and its children lie among the nodes of a Tree (host/bvh/tree.h). There the
+/// children of the i-th inner node in preorder are nodes 1 + 2 i and 2 + 2 i.
 struct NodePlaces {
   std::int32_t own, left, right;
 };

@@ -34,5 +34,5 @@ void drop_cloth_at_gap_zero() {
 TEST_CASE("cloth that starts at gap zero gets rows of both signs, and an assertion says so") {
   if (!finds_failed_beliefs) return;
   CHECK(failed_belief(drop_cloth_at_gap_zero) ==
-        "all rows of a pair in a step have one sign of the normal");
+        "rows of a pair that is in contact at the start have one sign");
 }
