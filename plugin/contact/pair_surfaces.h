@@ -29,6 +29,8 @@ struct BodySurface {
   bool is_soft;
   double hardness = 0;  ///< soft body: m_cfg.kSHR, Bullet's hardness of soft contacts, 0 to 1
   int iterations = 0;   ///< soft body: m_cfg.piterations
+  /// Soft body: smallest thickness that its coordinates resolve, metres (StepReader::resolution()).
+  double resolution = 0;
 };
 
 /// Friction of Bullet's rigid world: each of its position iterations takes a fraction of the
@@ -71,16 +73,14 @@ class PairSurfaces {
         is_coulomb_(options.coulomb_friction || world == WorldKind::deformable),
         world_(world) {}
 
-  /// Sets the bodies of this step, by body index. `resolution`: lower bound of every thickness,
-  /// metres.
-  void update(std::vector<BodySurface> bodies, double resolution) {
+  /// Sets the bodies of this step, by body index.
+  void update(std::vector<BodySurface> bodies) {
     LAZYCCD_ASSERT(std::all_of(bodies.begin(), bodies.end(),
                                [](const BodySurface& body) {
                                  return body.margin >= 0 && std::isfinite(body.margin);
                                }),
                    "margins are finite and not negative");
     bodies_ = std::move(bodies);
-    resolution_ = resolution;
     least_margin_ = least_soft_margin_ = std::numeric_limits<double>::infinity();
     for (const BodySurface& body : bodies_) {
       least_margin_ = std::min(least_margin_, body.margin);
@@ -102,7 +102,7 @@ class PairSurfaces {
   /// Lower bound of the thickness of any pair of this body, metres; needs update() first.
   double least_thickness_of(std::int32_t body) const {
     const BodySurface& own = bodies_[body];
-    return bounded(own.margin + (own.is_soft ? least_margin_ : least_soft_margin_));
+    return bounded(own.margin + (own.is_soft ? least_margin_ : least_soft_margin_), own.resolution);
   }
 
   /// Surface of the pair; needs update() first. Friction is 0 if SolverOptions::friction is off.
@@ -110,7 +110,7 @@ class PairSurfaces {
     LAZYCCD_ASSERT(is_body(body_a) && is_body(body_b), "a pair is of bodies of the step");
     const BodySurface &a = bodies_[body_a], &b = bodies_[body_b];
     PairSurface surface;
-    surface.thickness = bounded(a.margin + b.margin);
+    surface.thickness = bounded(a.margin + b.margin, std::max(a.resolution, b.resolution));
     // Between a soft and a rigid body Bullet multiplies in both worlds. Between two soft bodies it
     // takes the larger one (CollideVF_SS) or the product (CollideVF_DD).
     const bool soft_soft = a.is_soft && b.is_soft;
@@ -131,9 +131,9 @@ class PairSurfaces {
   bool is_body(std::int32_t i) const {
     return i >= 0 && i < static_cast<std::int32_t>(bodies_.size());
   }
-  double bounded(double sum_of_margins) const {
+  double bounded(double sum_of_margins, double resolution) const {
     const double wanted = thickness_ >= 0 ? thickness_ : sum_of_margins;
-    return std::max(resolution_, std::min(wanted, thickness_limit_));
+    return std::max(resolution, std::min(wanted, thickness_limit_));
   }
   bool has_friction(std::int32_t a, std::int32_t b) const {
     return has_friction_ && !std::binary_search(without_friction_.begin(), without_friction_.end(),
@@ -146,7 +146,6 @@ class PairSurfaces {
   std::vector<BodySurface> bodies_;
   std::vector<BodyPair> without_friction_;
   double least_margin_ = 0, least_soft_margin_ = 0;  // of all bodies, of soft ones; metres
-  double resolution_ = 0;
   double thickness_limit_ = std::numeric_limits<double>::infinity();
 };
 

@@ -111,13 +111,17 @@ btScalar StepReader::contact_distance() const {
   for (const SoftScene::BodyRecord& record : scene_.bodies()) margin = btMax(margin, record.margin);
   const btScalar thickness =
       options_.thickness >= 0 ? static_cast<btScalar>(options_.thickness) : 2 * margin;
-  return settings::sleeping::reach_factor * btMax(thickness, static_cast<btScalar>(resolution_));
+  return settings::sleeping::reach_factor * thickness;
 }
 
 Sleepers::Boxes StepReader::awake_bounds() const {
   Sleepers::Boxes boxes = obstacles_.moving_bounds();
   for (std::size_t i = 0; i < scene_.bodies().size(); ++i)
-    if (!at_rest_[i] || !stands_still(scene_.bodies()[i])) boxes.push_back(bounds_[i]);
+    if (!at_rest_[i] || !stands_still(scene_.bodies()[i])) {
+      const auto reach = settings::sleeping::reach_factor *
+                         static_cast<btScalar>(resolution(*scene_.bodies()[i].body));
+      boxes.push_back(bounds_[i].expanded(btVector3(reach, reach, reach)));
+    }
   return boxes;
 }
 
@@ -200,7 +204,6 @@ std::vector<std::int32_t> StepReader::sweep_prescribed_nodes() {
     std::copy(last->begin(), last->end(), start);
     for (std::size_t i = 0; i < count; i += 3)
       came_from.add(btVector3(start[i], start[i + 1], start[i + 2]));
-    swept_.add(came_from);
     bounds_[index_of(record)].add(came_from);
     if (record.meets_rigid)
       obstacle_query_box_.add(
@@ -232,16 +235,36 @@ bool StepReader::pinned_nodes_jumped(const SoftScene::BodyRecord& record,
 
 void StepReader::update_resolution() {
   constexpr double rounding_count = 16;
-  if (swept_.is_empty()) return;
-  btScalar farthest = 0;
-  for (int k = 0; k < 3; ++k)
-    farthest = std::max({farthest, std::abs(swept_.lower[k]), std::abs(swept_.upper[k])});
-  const double rounding =
-      static_cast<double>(farthest) * static_cast<double>(std::numeric_limits<btScalar>::epsilon());
-  const double resolution =
-      rounding_count * rounding + settings::detection::resolved_speed * motion_.dt;
-  if (resolution > resolution_ || settings::detection::resolution_excess * resolution < resolution_)
-    resolution_ = settings::detection::resolution_spare * resolution;
+  std::unordered_map<const btSoftBody*, double> last;
+  if (resolution_of_.size() > scene_.bodies().size()) last.swap(resolution_of_);
+  for (std::size_t i = 0; i < scene_.bodies().size(); ++i) {
+    const btSoftBody* const body = scene_.bodies()[i].body;
+    if (bounds_[i].is_empty()) continue;
+    btScalar farthest = 0;
+    for (int k = 0; k < 3; ++k)
+      farthest = std::max({farthest, std::abs(bounds_[i].lower[k]), std::abs(bounds_[i].upper[k])});
+    const double rounding = static_cast<double>(farthest) *
+                            static_cast<double>(std::numeric_limits<btScalar>::epsilon());
+    const double resolution =
+        rounding_count * rounding + settings::detection::resolved_speed * motion_.dt;
+    const auto found = last.find(body);
+    double& kept =
+        found == last.end() ? resolution_of_[body] : resolution_of_[body] = found->second;
+    if (resolution > kept || settings::detection::resolution_excess * resolution < kept)
+      kept = settings::detection::resolution_spare * resolution;
+  }
+}
+
+double StepReader::resolution(const btSoftBody& body) const {
+  const auto found = resolution_of_.find(&body);
+  return found == resolution_of_.end() ? 0 : found->second;
+}
+
+double StepReader::largest_resolution() const {
+  double largest = 0;
+  for (const SoftScene::BodyRecord& record : scene_.bodies())
+    largest = std::max(largest, resolution(*record.body));
+  return largest;
 }
 
 // Reads Bullet's nodes in one pass. Returns false if the scene must be read again, because a body
@@ -253,7 +276,7 @@ bool StepReader::gather_soft(const Fill& fill) {
   motion_.velocity.resize(count);
   motion_.rate.resize(count);
   motion_.inverse_mass.resize(count);
-  swept_ = obstacle_query_box_ = AxisBox::empty();
+  obstacle_query_box_ = AxisBox::empty();
   bounds_.assign(scene_.bodies().size(), AxisBox::empty());
   std::vector<const btSoftBody*> pinned_elsewhere;
   std::vector<std::int32_t> bad_vertices;
@@ -266,7 +289,6 @@ bool StepReader::gather_soft(const Fill& fill) {
         for (; first < last; first += block)
           gather_block(record, first, std::min(last, first + block), fill, found);
         const std::lock_guard<std::mutex> lock(mutex);
-        swept_.add(found.swept);
         bounds_[index_of(record)].add(found.swept);
         if (record.meets_rigid) obstacle_query_box_.add(found.swept);
         if (!found.pins_unchanged) pinned_elsewhere.push_back(record.body);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <unordered_map>
 #include <vector>
 
 #include "lazyccd/bullet/options.h"
@@ -100,9 +101,11 @@ class StepReader {
   const StepTopology& topology() const { return topology_; }
   Motion& motion() { return motion_; }
   const Motion& motion() const { return motion_; }
-  /// Smallest thickness that contacts can keep, metres. A gap this wide is closed neither by the
-  /// rounding of positions nor by the residual of the response.
-  double resolution() const { return resolution_; }
+  /// Smallest thickness that contacts of a soft body can keep, metres. A gap this wide is closed
+  /// neither by the rounding of positions nor by the residual of the response.
+  double resolution(const btSoftBody& body) const;
+  /// Of all bodies.
+  double largest_resolution() const;
 
  private:
   // What a pass over some nodes of one body finds.
@@ -151,14 +154,14 @@ class StepReader {
   bool read_meshes_around(const std::vector<std::int32_t>& placed_bodies,
                           const std::vector<char>& placed_obstacles);
   bool may_be_inside(const SoftScene::BodyRecord& body, const Obstacles::Record& obstacle) const;
-  // Sets resolution(). Keeps the old value while it is no more than 4 times too large, because a
-  // new one changes the thickness of contacts.
+  // Sets resolution() of each body. Keeps the old value while it is no more than 4 times too large,
+  // because a new one changes the thickness of contacts.
   void update_resolution();
 
   SolverOptions options_;
   WarningLog& warnings_;
   Threads threads_;
-  double resolution_ = 0;
+  std::unordered_map<const btSoftBody*, double> resolution_of_;
   Sleepers sleepers_;
   SoftScene scene_;
   Obstacles obstacles_;
@@ -168,8 +171,7 @@ class StepReader {
   std::vector<AxisBox> bounds_;  // of each body's motion, in the topology's order
   std::vector<char> at_rest_;    // of each body, in the topology's order
   bool any_sleeper_takes_part_ = false;
-  AxisBox swept_ = AxisBox::empty();  // bounds of the soft vertices' motion in this step
-  // The same of the soft bodies that collide with obstacles, and their margin.
+  // Bounds of the motion of the soft bodies that collide with obstacles, and their margin.
   AxisBox obstacle_query_box_ = AxisBox::empty();
 };
 

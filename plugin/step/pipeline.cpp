@@ -60,12 +60,13 @@ void Pipeline::update_surfaces() {
     if (body.soft) {
       const btSoftBody::Config& config = body.soft->m_cfg;
       bodies.push_back({body.margin, static_cast<double>(config.kDF), true,
-                        static_cast<double>(config.kSHR), config.piterations});
+                        static_cast<double>(config.kSHR), config.piterations,
+                        reader_.resolution(*body.soft)});
     } else {
       bodies.push_back({body.margin, static_cast<double>(body.object->getFriction()), false});
     }
   }
-  surfaces_.update(std::move(bodies), reader_.resolution());
+  surfaces_.update(std::move(bodies));
 }
 
 bool Pipeline::handle_pair(btSoftBody* a, btSoftBody* b) noexcept {
@@ -394,7 +395,7 @@ void Pipeline::report_intersections(const std::vector<std::int32_t>& placed_bodi
 }
 
 double Pipeline::largest_thickness() const {
-  return std::max(reader_.resolution(),
+  return std::max(reader_.largest_resolution(),
                   options_.thickness >= 0 ? options_.thickness : topology().largest_margins());
 }
 

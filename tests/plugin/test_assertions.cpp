@@ -84,7 +84,7 @@ TEST_CASE("assertions on the row of a contact fail where they must") {
   }
   SECTION("friction") {
     PairSurfaces negative = lazyccd::test::uniform_surfaces(0.1, 0, 2);
-    negative.update({{0, -1, true}, {0, -2, true}}, 0);
+    negative.update({{0, -1, true}, {0, -2, true}});
     ContactRow row;
     CHECK(failed_belief([&] { RowFactory(negative, 0.05, scene.motion).make(contact, row); }) ==
           "friction opposes the sliding");
@@ -99,7 +99,7 @@ TEST_CASE("assertions on the row of a contact fail where they must") {
 TEST_CASE("assertions on surfaces fail where they must") {
   if (!lazyccd::test::finds_failed_beliefs) return;
   CHECK(failed_belief([] {
-          lazyccd::test::uniform_surfaces(0.1, 0).update({{not_a_number, 0, true}}, 0);
+          lazyccd::test::uniform_surfaces(0.1, 0).update({{not_a_number, 0, true}});
         }) == "margins are finite and not negative");
   CHECK(failed_belief([] {
           lazyccd::test::uniform_surfaces(0.1, 0).set_without_friction({{1, 2}, {0, 1}});

@@ -17,7 +17,7 @@ inline bullet::PairSurfaces uniform_surfaces(double thickness, double friction,
   bullet::SolverOptions options;
   options.thickness = thickness;
   bullet::PairSurfaces surfaces(options, bullet::WorldKind::rigid);
-  surfaces.update(std::vector<bullet::BodySurface>(bodies, {0, friction, true}), 0);
+  surfaces.update(std::vector<bullet::BodySurface>(bodies, {0, friction, true}));
   return surfaces;
 }
 

@@ -130,7 +130,7 @@ inline bullet::PairSurfaces surfaces_of(const bullet::StepTopology& topology) {
   std::vector<bullet::BodySurface> bodies;
   for (const auto& body : topology.bodies())
     bodies.push_back({body.margin, 0, body.soft != nullptr});
-  surfaces.update(bodies, 0);
+  surfaces.update(bodies);
   return surfaces;
 }
 
