@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "core/ieee_arithmetic.h"
+#include "core/narrow/contact_math.h"
 #include "core/narrow/separation.h"
 #include "cpu/narrow/exact.h"
 #include "host/scene/scale.h"
@@ -10,8 +11,6 @@
 
 namespace lazyccd {
 namespace {
-
-constexpr double kTick = 1.0 / 4294967296.0;
 
 double largest(const Differences<double>& d) {
   const Magnitudes<double> m = magnitudes(d);

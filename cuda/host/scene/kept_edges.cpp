@@ -95,10 +95,10 @@ std::uint64_t content_hash(const EdgeInput& input, const BodyRanges& body) {
   return hash ^ hash >> 32;
 }
 
-class Builder {
+class KeptEdgesBuilder {
  public:
-  Builder(const EdgeInput& input, const EdgeInput& last_input, const EdgeTable& last,
-          EdgeTable& table, ThreadPool& pool)
+  KeptEdgesBuilder(const EdgeInput& input, const EdgeInput& last_input, const EdgeTable& last,
+                   EdgeTable& table, ThreadPool& pool)
       : input_(input), last_input_(last_input), last_(last), table_(table), pool_(pool) {}
 
   bool run() {
@@ -254,7 +254,7 @@ class Builder {
 
 bool build_with_kept_edges(const EdgeInput& input, const EdgeInput& last_input,
                            const EdgeTable& last, EdgeTable& table, ThreadPool& pool) {
-  return Builder(input, last_input, last, table, pool).run();
+  return KeptEdgesBuilder(input, last_input, last, table, pool).run();
 }
 
 }  // namespace lazyccd
