@@ -48,14 +48,14 @@ MUTANTS = {
     "distance": ("cuda/cpu/cpu_detector.cpp", "  nearest_ = options_.separation;", "!near_distances_.empty()",
                  "near_distances_[0] = -1", "core", RECHECK,
                  "distances of near pairs are within the separation"),
-    "positions": ("cuda/cpu/scene/positions.cpp", "  double size = 0;", "true", "records.pop_back()", "core",
+    "positions": ("cuda/host/scene/positions.cpp", "  double size = 0;", "true", "records.pop_back()", "core",
                   STRATEGIES, "each vertex has a position"),
     "queue": ("cuda/cpu/pending_candidates.cpp", "  std::size_t rest = 0;", "true",
               "workers_[0]->queues[0].count = CandidateQueue::capacity + 1", "core", STRATEGIES,
               "queues of candidates hold what fits"),
-    "owner": ("cuda/cpu/bvh/groups.cpp", "  boxes_.resize(groups_.size());", "true", "++groups_[0].count[kEdges]",
+    "owner": ("cuda/host/bvh/groups.cpp", "  boxes_.resize(groups_.size());", "true", "++groups_[0].count[kEdges]",
               "core", STRATEGIES, "each face and edge is in one group"),
-    "leaf": ("cuda/cpu/bvh/tree.cpp", "  worlds_ = {};", "nodes_.size() > 2",
+    "leaf": ("cuda/host/bvh/tree.cpp", "  worlds_ = {};", "nodes_.size() > 2",
              "nodes_.back() = nodes_[nodes_.size() - 2]", "core", STRATEGIES, "each group is one leaf of the tree"),
     "left_over": ("cuda/cpu/strategies/balanced_run.h", "    member.items = items;", "true", "stack.push(Item{})",
                   "core", STRATEGIES, "no item is left when a run ends"),
@@ -127,7 +127,7 @@ MUTANTS = {
              RESTS, "the end of the step is the one that the last detection saw"),
 }
 # Which sources see a mutant in a header.
-UNITS = {"cuda/cpu/strategies/balanced_run.h": "cuda/cpu/traverse.cpp"}
+UNITS = {"cuda/cpu/strategies/balanced_run.h": "cuda/cpu/cpu_detector.cpp"}
 PROGRAMS = {"core": "lazyccd_tests", "bullet": "lazyccd_tests_bullet"}
 CHOOSER = """#pragma once
 #include <cstdlib>
@@ -169,8 +169,7 @@ def compile_units(paths):
     commands = {entry["file"]: shlex.split(entry["command"])
                 for entry in json.loads((BUILD / "compile_commands.json").read_text())}
     objects = {"cuda": [], "plugin": []}
-    for path in paths:
-        unit = UNITS.get(path, path)
+    for unit in dict.fromkeys(UNITS.get(path, path) for path in paths):
         source = WORK / unit
         if not source.exists():
             source.parent.mkdir(parents=True, exist_ok=True)
@@ -181,7 +180,7 @@ def compile_units(paths):
         command[command.index("-c") + 1] = str(source)
         command[1:1] = [f"-I{WORK / 'cuda'}", f"-I{WORK / 'plugin'}"]
         subprocess.run(command + ["-include", str(WORK / "chooser.h"), "-Wno-error"], cwd=BUILD, check=True)
-        objects[path.split("/")[0]].append(str(target))
+        objects[unit.split("/")[0]].append(str(target))
     return objects
 
 

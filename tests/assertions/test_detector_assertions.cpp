@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "assertions/failed_belief.h"
-#include "host/threads/thread_pool.h"
 #include "cpu/verlet/verlet_list.h"
+#include "host/threads/thread_pool.h"
 #include "lazyccd/debug/assert.h"
 #include "support/catch.h"
 
