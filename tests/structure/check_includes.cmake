@@ -5,9 +5,8 @@
 # Projects, from the top: plugin -> cuda/include -> cuda/detector.cpp -> cuda/gpu -> cuda/cpu -> cuda/host ->
 # {cuda/balance, cuda/core} -> cuda/simd, which plugin/ shares. The GPU leaves rare queries to the CPU's exact arithmetic, so gpu/ knows
 # cpu/, never the other way round. cuda/research stands above both backends, and nothing but programs
-# knows it. Bullet's headers are only in plugin/ and examples/, CUDA's only in
-# cuda/gpu and cuda/balance. The folders of plugin/, cuda/host, cuda/cpu and cuda/gpu form the
-# layers below.
+# knows it. Bullet's headers are only in plugin/ and examples/, CUDA's only in cuda/gpu, cuda/research and
+# cuda/balance. The folders of plugin/, cuda/host, cuda/cpu, cuda/gpu and cuda/research form the layers below.
 cmake_minimum_required(VERSION 3.24)
 
 set(bullet "^(btBulletC|btBulletD|BulletS|BulletC|BulletD|LinearMath/)")
