@@ -33,8 +33,7 @@ LAZYCCD_INLINE void load(const double* from, Lanes& to) {
 LAZYCCD_INLINE void store(const Lanes& x, double* to) { *reinterpret_cast<Lanes*>(to) = x; }
 LAZYCCD_INLINE void store(const Mask& x, std::int64_t* to) { *reinterpret_cast<Mask*>(to) = x; }
 
-// Adds in the same order as Eigen with vectors of two doubles, so that results are equal to the
-// bit.
+// Adds in the same order as Vector3d::dot(), so that results are equal to the bit.
 LAZYCCD_INLINE Lanes dot(const Vector& a, const Vector& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }

@@ -57,7 +57,7 @@ class AnchoredVertices {
  private:
   std::vector<Entry> entries_;
   std::vector<std::int32_t>
-      place_;  // by vertex: in entries_, or -1; ends with the last that had one
+      place_;  // by vertex, up to the last that had an anchor: in entries_, or -1
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

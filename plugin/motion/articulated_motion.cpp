@@ -7,9 +7,8 @@
 #include <algorithm>
 #include <numeric>
 
-#include "util/decompositions.h"
-
 #include "settings.h"
+#include "util/decompositions.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

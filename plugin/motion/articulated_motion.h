@@ -135,13 +135,13 @@ struct ArticulatedMotion {
   bool is_changed() const;
   /// Rise of the kinetic energy by the velocity change, joules.
   double energy_change() const;
-  /// Twice its part that is linear in the change, and the one that is quadratic, joules.
+  /// The part of that which is linear in the change, and twice the quadratic part, joules.
   double mixed_energy() const;
   double quadratic_energy() const;
   /// Response of link `b` to an impulse and an angular impulse on the centre of link `a`.
   Matrix6d mobility(const Link& a, const Link& b) const;
-  /// Displacement of a point of a link per impulse on it, 1/kg, if no joint is held. `arm`: from
-  /// the centre of mass to the point, times `weight`, metres; both scale the result's two sides.
+  /// RigidTerm::mobility() of a link, 1/kg, if no joint is held. `weight`, `arm`: those of the
+  /// term.
   Matrix3d free_mobility_of(const Link& link, double weight, const Vector3d& arm) const;
   const Link& link_of(int rigid) const;
 

@@ -80,8 +80,7 @@ class ImpactZones {
   DisjointSets zones_;                 // elements: soft vertices, then rigid bodies
   std::vector<char> held_, in_zone_;   // by element
   std::vector<std::int32_t> members_;  // elements in zones, in any order
-  /// Key: the representative of the zone when they were added; list() re-keys to the present
-  /// one.
+  /// Key: the representative of the zone when they were added; list() re-keys to the present one.
   std::map<std::int32_t, PrescribedMembers> prescribed_members_;
   ZoneMotion zone_motion_;
 };

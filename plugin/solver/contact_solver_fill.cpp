@@ -3,7 +3,6 @@
 #include <numeric>
 
 #include "solver/contact_solver_parts.h"
-
 #include "util/matrix.h"
 
 namespace lazyccd::bullet {

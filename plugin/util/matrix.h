@@ -1,9 +1,9 @@
 // Small vectors and matrices of doubles as plain values. Each operation computes its result at
 // once.
 //
-// Names are those of Eigen, where the fixed sizes are known to everybody. Eigen's own types are
-// templates of expressions: they cost a second or more of compile time in each source. They stay in
-// the sources that need decompositions. Sums add their terms one after another.
+// Names are those of Eigen. Its own types are templates of expressions, which cost a second or more
+// of compile time in each source. They stay in few sources: decompositions, rotations, and sums
+// over many points. Sums here add their terms one after another.
 #pragma once
 
 #include <array>

@@ -1,7 +1,6 @@
 #include "random/multibody_chain.h"
 
 namespace lazyccd::test {
-namespace {}  // namespace
 
 Chain::Chain(const btVector3& place, double length, double angular_velocity, RandomSource& random)
     : shape_(scalar(length) * btVector3(scalar(0.1), scalar(0.4), scalar(0.2))),

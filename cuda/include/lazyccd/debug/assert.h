@@ -27,10 +27,6 @@ LAZYCCD_API AssertHandler set_assert_handler(AssertHandler handler);
 /// exceptions goes on without it.
 LAZYCCD_API void assertion_failed(const FailedAssertion& failed) noexcept;
 
-}  // namespace lazyccd
-
-namespace lazyccd {
-
 /// Whether this build checks assertions. For what is kept for them alone.
 #if defined(LAZYCCD_ASSERTIONS)
 constexpr bool checks_assertions = true;
