@@ -12,12 +12,16 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 namespace {
 
-// A unit vector across `axis`.
+// A unit vector across `axis`, with the bits of Eigen's unitOrthogonal().
 Vector3d orthogonal_to(const Vector3d& axis) {
   constexpr double negligible = 1e-12;  // rounding
-  const bool is_along_z = std::hypot(axis.x(), axis.y()) <= negligible * std::abs(axis.z());
-  return (is_along_z ? Vector3d(0, -axis.z(), axis.y()) : Vector3d(-axis.y(), axis.x(), 0))
-      .normalized();
+  const double x = axis.x(), y = axis.y(), z = axis.z(), small = negligible * std::abs(z);
+  if (std::abs(x) <= small && std::abs(y) <= small) {
+    const double scale = 1 / std::sqrt(y * y + z * z);
+    return {0, -z * scale, y * scale};
+  }
+  const double scale = 1 / std::sqrt(x * x + y * y);
+  return {-y * scale, x * scale, 0};
 }
 
 }  // namespace

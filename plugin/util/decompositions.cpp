@@ -15,11 +15,13 @@ Eigen::Map<const Eigen::MatrixXd> view_of(const double* elements, std::size_t ro
 
 }  // namespace
 
-// The size is not known at compile time: unrolled code for each size takes seconds to compile, and
-// few bodies need it.
+// Of 3 x 3 matrices Eigen has an algorithm of its own. Of larger ones the size is not known at
+// compile time: unrolled code takes seconds to compile, and few bodies need it.
 template <int Size>
 SymmetricEigen<Size>::SymmetricEigen(const Matrix<Size, Size>& matrix) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(view_of(matrix.data(), Size, Size));
+  constexpr int fixed = Size == 3 ? 3 : Eigen::Dynamic;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, fixed, fixed>> solver(
+      view_of(matrix.data(), Size, Size));
   std::copy_n(solver.eigenvalues().data(), Size, values.data());
   std::copy_n(solver.eigenvectors().data(), Size * Size, vectors.data());
 }

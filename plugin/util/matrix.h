@@ -3,7 +3,8 @@
 //
 // Names are those of Eigen. Its own types are templates of expressions, which cost a second or more
 // of compile time in each source. They stay in few sources: decompositions, rotations, and sums
-// over many points. Sums here add their terms one after another.
+// over many points. Sums add their terms in the order that Eigen's have on registers of two
+// doubles, so the bits are the same with either.
 #pragma once
 
 #include <array>
@@ -20,6 +21,17 @@ using Vector3d = Matrix<3, 1>;
 using Vector6d = Matrix<6, 1>;
 using Matrix3d = Matrix<3, 3>;
 using Matrix6d = Matrix<6, 6>;
+
+/// Adds term(first) to term(first + count - 1) by halves.
+template <int first, int count, class Term>
+double sum_by_halves(const Term& term) {
+  constexpr int half = count / 2;
+  if constexpr (count == 1) {
+    return term(first);
+  } else {
+    return sum_by_halves<first, half>(term) + sum_by_halves<first + half, count - half>(term);
+  }
+}
 
 /// A matrix, or a vector if it has one column. Elements are stored column after column. Without
 /// arguments it is not initialized.
@@ -149,9 +161,10 @@ class Matrix {
   double maxCoeff(int* index) const { return (*this)[*index = greatest()]; }
 
   double sum() const {
-    double sum = elements_[0];
-    for (int i = 1; i < size; ++i) sum += (*this)[i];
-    return sum;
+    constexpr int pairs = size / 2;
+    const double sum = sum_by_halves<0, pairs>([this](int i) { return (*this)[2 * i]; }) +
+                       sum_by_halves<0, pairs>([this](int i) { return (*this)[2 * i + 1]; });
+    return size % 2 == 0 ? sum : sum + elements_.back();
   }
   double dot(const Matrix& b) const { return cwiseProduct(b).sum(); }
   double squaredNorm() const { return dot(*this); }
@@ -184,7 +197,9 @@ class Matrix {
     for (int i = 0; i < Rows; ++i) result[i] = (*this)(i, i);
     return result;
   }
-  double trace() const { return diagonal().sum(); }
+  double trace() const {
+    return sum_by_halves<0, Rows>([this](int i) { return (*this)(i, i); });
+  }
   double determinant() const {
     static_assert(Rows == 3 && Columns == 3);
     const auto& m = *this;
@@ -244,9 +259,14 @@ Matrix<Rows, Columns> operator*(const Matrix<Rows, Inner>& a, const Matrix<Inner
   Matrix<Rows, Columns> result;
   for (int k = 0; k < Columns; ++k) {
     for (int i = 0; i < Rows; ++i) {
-      double sum = a(i, 0) * b(0, k);
-      for (int j = 1; j < Inner; ++j) sum += a(i, j) * b(j, k);
-      result(i, k) = sum;
+      const auto term = [&](int j) { return a(i, j) * b(j, k); };
+      if (Rows % 2 != 0 && i == Rows - 1) {  // others are computed two at a time
+        result(i, k) = sum_by_halves<0, Inner>(term);
+      } else {
+        double sum = term(0);
+        for (int j = 1; j < Inner; ++j) sum += term(j);
+        result(i, k) = sum;
+      }
     }
   }
   return result;
