@@ -9,7 +9,7 @@ namespace {
 constexpr int caller = 0, all = 1;
 
 // Steps before the first trial.
-constexpr int first_interval = 20;
+constexpr int runs_before_trial = 20;
 // All threads take over if they need less than this part of the time of one thread. One thread does
 // if it needs less than this part of the time of all. In small steps processor time counts
 // too: two threads that need 0.6 of the time end sooner by 0.4 and burn 0.2 more.
@@ -29,7 +29,7 @@ bool ThreadChoice::uses_all_threads() const { return !trials_ || trials_->next()
 void ThreadChoice::begin_step(std::size_t vertices) {
   if (!trials_) return;
   if (!has_begun_ && vertices > 0) {
-    *trials_ = TrialChoice(vertices < min_vertices ? caller : all, 0, first_interval);
+    *trials_ = TrialChoice(vertices < min_vertices ? caller : all, 0, runs_before_trial);
     has_begun_ = true;
   }
   threads_.set_caller_only(!uses_all_threads());

@@ -5,7 +5,7 @@
 namespace lazyccd {
 namespace {
 
-constexpr std::size_t kCellGrain = 1 << 15;
+constexpr std::size_t kFaceGrain = 1 << 15;
 
 }  // namespace
 
@@ -24,7 +24,7 @@ void Cells::build(Span<const Face> faces, Span<const Edge> edges,
   };
 
   if (body_count == 1) {  // the common case needs no sort
-    pool.parallel_for(faces.size(), kCellGrain, [&](std::size_t first, std::size_t last, int) {
+    pool.parallel_for(faces.size(), kFaceGrain, [&](std::size_t first, std::size_t last, int) {
       for (std::size_t f = first; f < last; ++f) primitives_[f] = static_cast<std::int32_t>(f);
     });
     std::copy(free_edges.begin(), free_edges.end(), primitives_.begin() + faces.size());

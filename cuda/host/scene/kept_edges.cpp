@@ -95,10 +95,10 @@ std::uint64_t content_hash(const EdgeInput& input, const BodyRanges& body) {
   return hash ^ hash >> 32;
 }
 
-class KeptEdgesBuilder {
+class KeptEdgeBuilder {
  public:
-  KeptEdgesBuilder(const EdgeInput& input, const EdgeInput& last_input, const EdgeTable& last,
-                   EdgeTable& table, ThreadPool& pool)
+  KeptEdgeBuilder(const EdgeInput& input, const EdgeInput& last_input, const EdgeTable& last,
+                  EdgeTable& table, ThreadPool& pool)
       : input_(input), last_input_(last_input), last_(last), table_(table), pool_(pool) {}
 
   bool run() {
@@ -254,7 +254,7 @@ class KeptEdgesBuilder {
 
 bool build_with_kept_edges(const EdgeInput& input, const EdgeInput& last_input,
                            const EdgeTable& last, EdgeTable& table, ThreadPool& pool) {
-  return KeptEdgesBuilder(input, last_input, last, table, pool).run();
+  return KeptEdgeBuilder(input, last_input, last, table, pool).run();
 }
 
 }  // namespace lazyccd
