@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "contact/contact_row.h"
@@ -48,21 +49,28 @@ inline bool are_of(Span<const Contact> contacts, const Motion& motion) {
   });
 }
 
+/// Bound of `count` roundings to Scalar of numbers of at most 1.
+template <class Scalar>
+constexpr double roundings(int count) {
+  return count * static_cast<double>(std::numeric_limits<Scalar>::epsilon());
+}
+
 /// Whether the weights of a row sum to zero, so that its impulses add no momentum.
 inline bool sum_to_zero(const std::array<double, 4>& weights) {
-  constexpr double rounding = 1e-12;  // of four weights of at most 1
-  return std::abs(weights[0] + weights[1] + weights[2] + weights[3]) <= rounding;
+  return std::abs(weights[0] + weights[1] + weights[2] + weights[3]) <= roundings<double>(16);
 }
 
 /// Whether a normal has length 1, but for the rounding of float.
-inline bool is_unit(const Vector3d& normal) { return std::abs(normal.squaredNorm() - 1) <= 1e-5; }
+inline bool is_unit(const Vector3d& normal) {
+  return std::abs(normal.squaredNorm() - 1) <= roundings<float>(64);
+}
 
 /// Bound of the rounding of a gap at the start of the step, metres: u, v and the normal are float.
 inline double rounding_of_gap(const ContactRow& row, const Motion& motion) {
   double largest = 0;
   for (const std::int32_t v : row.contact.vertices)
     largest = std::max(largest, motion.start_of(v).cwiseAbs().maxCoeff());
-  return 1e-6 * largest;
+  return roundings<float>(8) * largest;
 }
 
 /// Whether the start of the step satisfies a row, but for rounding.

@@ -99,6 +99,13 @@ std::vector<std::size_t> all_of(const DenseVector& coordinates) {
   return all;
 }
 
+// Column of a matrix with six rows.
+Vector6d column_of(const DenseMatrix& jacobian, std::size_t k) {
+  Vector6d column;
+  std::copy_n(jacobian.data() + 6 * k, 6, column.data());
+  return column;
+}
+
 Vector6d fixed(const DenseVector& x) {
   Vector6d result;
   std::copy_n(x.data(), 6, result.data());
@@ -325,8 +332,8 @@ std::vector<Vector6d> ArticulatedMotion::motor_displacements() const {
 }
 
 void ArticulatedMotion::add_impulse(const Link& link, const Vector6d& on_link, bool split) {
-  (split ? split_impulse : impulse) +=
-      link.jacobian.transpose_times(DenseVector(on_link.data(), on_link.data() + 6));
+  DenseVector& sum = split ? split_impulse : impulse;
+  for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += column_of(link.jacobian, k).dot(on_link);
 }
 
 void ArticulatedMotion::clear_impulse(bool split) { (split ? split_impulse : impulse).setZero(); }
@@ -377,12 +384,13 @@ Matrix6d ArticulatedMotion::mobility(const Link& a, const Link& b) const {
 Matrix3d ArticulatedMotion::free_mobility_of(const Link& link, double weight,
                                              const Vector3d& arm) const {
   Matrix3d result;
+  DenseVector pushed(velocity.size());
   for (int k = 0; k < 3; ++k) {
     const Vector3d push = Vector3d::Unit(k);
     const Vector6d on_link = stacked(weight * push, arm.cross(push));
-    const Vector6d moved =
-        fixed(link.jacobian * (free_inverse_mass * link.jacobian.transpose_times(DenseVector(
-                                                       on_link.data(), on_link.data() + 6))));
+    for (std::size_t i = 0; i < pushed.size(); ++i)
+      pushed[i] = column_of(link.jacobian, i).dot(on_link);
+    const Vector6d moved = fixed(link.jacobian * (free_inverse_mass * pushed));
     result.set_col(k, weight * moved.head<3>() + moved.tail<3>().cross(arm));
   }
   return result;

@@ -23,10 +23,13 @@ Vector3d rotation_vector(const Matrix3d& rotation) {
 }
 
 Vector3d rotation_from_momentum(const Matrix3d& inertia, const Vector3d& momentum) {
+  constexpr double well_conditioned = 1e-3;  // costs less then: no eigenvalues are needed
+  constexpr double rounding = 1e-9;          // of an eigenvalue, relative to the largest
   const double mean = inertia.trace() / 3;
-  if (inertia.determinant() > 1e-3 * mean * mean * mean) return inertia.inverse() * momentum;
+  if (inertia.determinant() > well_conditioned * mean * mean * mean)
+    return inertia.inverse() * momentum;
   const SymmetricEigen<3> axes(inertia);
-  const double smallest = 1e-9 * axes.values[2];
+  const double smallest = rounding * axes.values[2];
   Vector3d result = Vector3d::Zero();
   for (int k = 0; k < 3; ++k) {
     if (axes.values[k] <= smallest) continue;

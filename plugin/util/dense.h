@@ -100,14 +100,6 @@ class DenseMatrix {
     }
     return result;
   }
-  /// Product of the transpose with a vector.
-  DenseVector transpose_times(const DenseVector& x) const {
-    DenseVector result(columns());
-    for (std::size_t k = 0; k < columns(); ++k) {
-      for (std::size_t i = 0; i < rows(); ++i) result[k] += (*this)(i, k) * x[i];
-    }
-    return result;
-  }
 
  private:
   std::size_t rows_ = 0;
