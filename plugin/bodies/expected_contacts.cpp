@@ -7,6 +7,7 @@
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
+
 void ExpectedContacts::meet(const btSoftBody& body, const btCollisionObject& rigid) {
   if (taken_.empty()) return;
   const std::lock_guard<std::mutex> lock(mutex_);

@@ -7,6 +7,7 @@
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
+
 void ContactFilter::read_anchors() {
   anchors_.clear();
   for (const SoftScene::BodyRecord& record : scene_.bodies()) {

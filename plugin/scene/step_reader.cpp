@@ -17,6 +17,7 @@
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
+
 void StepReader::begin_step(const Bodies& bodies, bool is_own_solver) {
   scene_.refused_pairs().begin_step(bodies, is_own_solver);
   for (int i = 0; i < bodies.size(); ++i) {

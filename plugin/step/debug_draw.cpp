@@ -4,6 +4,8 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "shapes/axis_box.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
@@ -23,28 +25,17 @@ btVector3 island_colour(std::size_t island) {
   return rgb(channel(0), channel(2), channel(4));
 }
 
-btVector3 end_of(std::int32_t vertex, const Motion& motion) {
-  const btScalar* const x = &motion.end[3 * static_cast<std::size_t>(vertex)];
-  return btVector3(x[0], x[1], x[2]);
+void add(std::int32_t first, std::int32_t last, const Motion& motion, AxisBox& box) {
+  for (std::int32_t v = first; v < last; ++v) box.add(to_bullet(motion.end_of(v)));
 }
 
-struct Box {
-  btVector3 low = btVector3(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT), high = -low;
+void add(const RigidMotion& body, const Motion& motion, AxisBox& box) {
+  add(body.first_vertex, body.first_vertex + body.vertex_count, motion, box);
+}
 
-  void add(const btVector3& point) {
-    low.setMin(point);
-    high.setMax(point);
-  }
-  void add(std::int32_t first, std::int32_t last, const Motion& motion) {
-    for (std::int32_t v = first; v < last; ++v) add(end_of(v, motion));
-  }
-  void add(const RigidMotion& body, const Motion& motion) {
-    add(body.first_vertex, body.first_vertex + body.vertex_count, motion);
-  }
-  void draw(const btVector3& colour, btIDebugDraw& drawer) const {
-    if (low.x() <= high.x()) drawer.drawAabb(low, high, colour);
-  }
-};
+void draw_box(const AxisBox& box, const btVector3& colour, btIDebugDraw& drawer) {
+  if (!box.is_empty()) drawer.drawAabb(box.lower, box.upper, colour);
+}
 
 // By contact; -1: in none.
 std::vector<std::int32_t> islands_of(const std::vector<StepContact>& contacts,
@@ -93,13 +84,13 @@ class Drawing {
   }
 
   void draw_islands(const RowIslands& islands) {
-    std::vector<Box> boxes(islands.count());
+    std::vector<AxisBox> boxes(islands.count(), AxisBox::empty());
     for (std::size_t body = 0; body < motion_.rigid_of_body.size(); ++body) {
       const std::int32_t island = islands.of_body(static_cast<std::int32_t>(body));
       if (island >= 0)
-        boxes[island].add(motion_.first_vertex[body], motion_.first_vertex[body + 1], motion_);
+        add(motion_.first_vertex[body], motion_.first_vertex[body + 1], motion_, boxes[island]);
     }
-    for (std::size_t i = 0; i < boxes.size(); ++i) boxes[i].draw(island_colour(i), drawer_);
+    for (std::size_t i = 0; i < boxes.size(); ++i) draw_box(boxes[i], island_colour(i), drawer_);
   }
 
   void draw_zones(ImpactZones& impact_zones) {
@@ -107,23 +98,23 @@ class Drawing {
     std::vector<char> is_held(static_cast<std::size_t>(motion_.soft_count()));
     for (std::int32_t v = 0; v < motion_.soft_count(); ++v) is_held[v] = impact_zones.is_held(v);
     for (const ImpactZone& zone : impact_zones.list(motion_)) {
-      Box box;
+      AxisBox box = AxisBox::empty();
       for (const std::int32_t v : zone.nodes) {
-        box.add(end_of(v, motion_));
+        box.add(to_bullet(motion_.end_of(v)));
         if (zone.held) is_held[v] = 1;
         if (options_.zones && !zone.held) draw_cross(v, orange);
       }
-      for (const int body : zone.bodies) box.add(motion_.rigid[body], motion_);
-      if (options_.zones) box.draw(orange, drawer_);
+      for (const int body : zone.bodies) add(motion_.rigid[body], motion_, box);
+      if (options_.zones) draw_box(box, orange, drawer_);
     }
     if (!options_.holds) return;
     for (std::int32_t v = 0; v < motion_.soft_count(); ++v)
       if (is_held[v]) draw_cross(v, red);
     for (std::size_t body = 0; body < motion_.rigid.size(); ++body) {
       if (!impact_zones.is_held(motion_.soft_count() + static_cast<std::int32_t>(body))) continue;
-      Box box;
-      box.add(motion_.rigid[body], motion_);
-      box.draw(red, drawer_);
+      AxisBox box = AxisBox::empty();
+      add(motion_.rigid[body], motion_, box);
+      draw_box(box, red, drawer_);
     }
   }
 
@@ -132,7 +123,7 @@ class Drawing {
     drawer_.drawLine(from, from + along, colour);
   }
   void draw_cross(std::int32_t vertex, const btVector3& colour) {
-    const btVector3 at = end_of(vertex, motion_);
+    const btVector3 at = to_bullet(motion_.end_of(vertex));
     for (int k = 0; k < 3; ++k) {
       btVector3 along(0, 0, 0);
       along[k] = static_cast<btScalar>(options_.cross_size);

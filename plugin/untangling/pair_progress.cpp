@@ -7,6 +7,7 @@
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
+
 void PairProgress::place(std::int32_t body) {
   const int id = id_of(body);
   placed_.insert(id);
