@@ -260,8 +260,8 @@ inline constexpr int slow_sweep_factor = 4;
 inline constexpr int split_sweep_divisor = 5;
 /// Divisor of the number of sweeps in rounds in turn with links. Each round goes on from the last.
 inline constexpr int round_sweep_divisor = 10;
-/// Of the corrected gap: split impulses stop there, so that the tolerance of the velocity solve
-/// does not trigger them.
+/// Of the gap that a loaded contact keeps: split impulses stop there, so that the tolerance of the
+/// velocity solve does not trigger them.
 inline constexpr double split_gap_fraction = 0.999;
 /// Sweeps from one full sweep to the next. Most rows never act, so the sweeps in between visit only
 /// batches that carry an impulse. The interval doubles if a full sweep activated no new batch, up
@@ -453,6 +453,9 @@ namespace untangling {
 /// 1/s, of the depth. What is deep inside of a rigid body comes out at this rate, where
 /// `untangling_speed` alone would take many seconds.
 inline constexpr double exit_rate = 6;
+/// Of the untangling speed: gaps of bodies that are moved apart widen so fast. The bodies move too;
+/// with the whole speed more of their edges pass through faces at first.
+inline constexpr double gap_speed = 0.5;
 /// Of the thickness: what comes out is moved this far outside, as position correction would. Then
 /// it is not inside again in the next step.
 inline constexpr double exit_gap = 0.5;

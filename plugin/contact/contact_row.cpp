@@ -77,8 +77,10 @@ void make_row(const Contact& contact, double thickness, double position_correcti
   row.friction = row.sliding_fraction = 0;
   row.target_gap = std::min(thickness, std::max(0.0, row.start_gap));
   row.corrected_gap =
-      std::max(row.target_gap, std::min(settings::row::corrected_thickness * thickness,
-                                        row.target_gap + position_correction * thickness));
+      row.target_gap +
+      corrected_share(position_correction, motion.dt) *
+          std::max(0.0, settings::row::corrected_thickness * thickness - row.target_gap);
+  row.loaded_gap = row.target_gap;
   // Lower bound of the compliance.
   const double min_compliance = max_inverse_mass / settings::row::max_mass_ratio;
   // A body with locked axes moves along its free axes alone. Its mobility in the other directions
@@ -96,6 +98,12 @@ void RowFactory::make(const Contact& contact, ContactRow& row) const {
   const PairSurface surface = surfaces_->of(contact.body_a, contact.body_b);
   const double thickness = thickness_of(contact, *motion_, surface.thickness);
   make_row(contact, thickness, position_correction_, *motion_, row);
+  row.loaded_gap = std::max(row.loaded_gap, surface.resolution);
+  if (surface.parting_speed > 0) {
+    const double parted = row.target_gap + surface.parting_speed * motion_->dt;
+    row.corrected_gap = row.loaded_gap = std::max(
+        row.corrected_gap, std::min(settings::row::corrected_thickness * thickness, parted));
+  }
   row.friction = surface.friction;
   row.sliding_fraction = sliding_fraction(surface.sliding, row, *motion_);
   LAZYCCD_ASSERT(sum_to_zero(row.weights), "the weights of a row sum to zero");
@@ -111,7 +119,7 @@ void RowFactory::make_penetration(const Contact& contact, double distance, Conta
   make(contact, row);
   row.friction = row.sliding_fraction = 0;
   row.target_gap = std::min(0.0, row.start_gap);
-  row.corrected_gap = row.target_gap + distance;
+  row.corrected_gap = row.loaded_gap = row.target_gap + distance;
 }
 
 RowEstimate estimate_row(const ContactRow& row, const Vector3d& move) {

@@ -1,6 +1,7 @@
 // One contact row: the contact as an inequality on the positions at the end of the step.
 #pragma once
 
+#include <algorithm>
 #include <array>
 
 #include "contact/pair_surfaces.h"
@@ -16,6 +17,9 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// than target_gap. n is the normal, w_i are the weights of the four vertices (their sum is zero).
 ///
 /// Impulses act on positions. Their unit is kg m = N s x dt, whereas StepContact has N s.
+///
+/// To widen a gap that carries a load takes work: the load times the distance. So while two bodies
+/// press on each other, position correction restores gaps to loaded_gap only.
 struct ContactRow {
   ContactRow() {}  // leaves the fields to make_row()
 
@@ -24,7 +28,8 @@ struct ContactRow {
   std::array<double, 4> weights;
   double start_gap,   ///< gap at the start of the step, metres
       target_gap,     ///< gap that impulses keep, metres, >= 0; not wider than max(0, start_gap)
-      corrected_gap;  ///< gap that split impulses restore without velocity, metres
+      corrected_gap,  ///< gap that split impulses restore without velocity, metres
+      loaded_gap;     ///< gap that the contact had when its load came, metres
   double normal_impulse;  ///< total impulse on the solved motion along the normal, >= 0
   double split_impulse;   ///< total split impulse along the normal, >= 0
   /// False: no impulse acts. Either none can move the contact points along the normal (both sides
@@ -50,6 +55,11 @@ struct ContactRow {
   bool acted() const { return has_impulse() || split_impulse != 0 || touched; }
 };
 
+/// The two bodies of a contact, the smaller index first.
+inline BodyPair ordered_bodies(const Contact& contact) {
+  return {std::min(contact.body_a, contact.body_b), std::max(contact.body_a, contact.body_b)};
+}
+
 /// Summary of a row and of its violation by a given motion. The first detection computes it for
 /// every near contact without making the row; the contact solver computes it for rows that are
 /// made.
@@ -66,6 +76,11 @@ struct RowEstimate {
 /// smaller one of both sides: neighbours in a cloth are closer than the thickness by themselves.
 /// Depends on the contact points alone, not on which pair of features represents them.
 double thickness_of(const Contact& contact, const Motion& motion, double surface_thickness);
+
+/// Share of a missing gap that position correction restores in a step of `dt` seconds, from 0 to 1.
+inline double corrected_share(double position_correction, double dt) {
+  return std::min(1.0, position_correction * dt);
+}
 
 /// Makes the row of a contact, without impulses and without friction. `thickness`: of this contact,
 /// metres; `position_correction`: as in SolverOptions. Does not use the end of the motion.

@@ -57,8 +57,9 @@ void LastImpulses::take(const std::vector<const ContactRow*>& rows) {
   for (const ContactRow* const row : rows) {
     if (row->normal_impulse == 0) continue;
     if (pairs_.empty() || pairs_.back().contact < row->contact)
-      pairs_.push_back({row->contact, Vector3d::Zero()});
+      pairs_.push_back({row->contact, Vector3d::Zero(), 0});
     pairs_.back().impulse += row->impulse();
+    pairs_.back().gap = std::max(pairs_.back().gap, row->loaded_gap);
   }
 }
 
@@ -80,7 +81,7 @@ void LastImpulses::match(Span<const Contact> near) {
     const auto pair =
         std::lower_bound(pairs_.begin(), pairs_.end(), contact, is_before_by_vertices);
     if (pair != pairs_.end() && vertices_of(pair->contact) == vertices_of(contact))
-      matched.push_back({contact, pair->impulse});
+      matched.push_back({contact, pair->impulse, pair->gap});
   }
   pairs_ = std::move(matched);
 }

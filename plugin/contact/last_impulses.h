@@ -20,6 +20,7 @@ class LastImpulses {
   struct Pair {
     Contact contact;
     Vector3d impulse;  ///< unit as in ContactRow
+    double gap;        ///< that it had when the load came, metres
   };
 
   /// Replaces all by the impulses of these rows, which are sorted by contact.

@@ -12,6 +12,7 @@
 #include "lazyccd/bullet/options.h"
 #include "lazyccd/debug/assert.h"
 #include "lazyccd/scene.h"
+#include "settings.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -59,9 +60,11 @@ struct SlidingFriction {
 
 /// Contact properties of a pair of bodies.
 struct PairSurface {
-  double thickness = 0;     ///< gap that a contact keeps, metres
-  double friction = 0;      ///< Coulomb's coefficient
-  SlidingFriction sliding;  ///< does nothing with Coulomb's friction
+  double thickness = 0;      ///< gap that a contact keeps, metres
+  double resolution = 0;     ///< smallest gap that a contact can keep, metres
+  double parting_speed = 0;  ///< m/s; positive while the two are being moved apart
+  double friction = 0;       ///< Coulomb's coefficient
+  SlidingFriction sliding;   ///< does nothing with Coulomb's friction
 };
 
 /// Combines the surfaces of two bodies as SolverOptions and Bullet's world prescribe.
@@ -71,7 +74,8 @@ class PairSurfaces {
       : thickness_(options.thickness),
         has_friction_(options.friction),
         is_coulomb_(options.coulomb_friction || world == WorldKind::deformable),
-        world_(world) {}
+        world_(world),
+        untangling_speed_(options.untangling_speed) {}
 
   /// Sets the bodies of this step, by body index.
   void update(std::vector<BodySurface> bodies) {
@@ -92,11 +96,11 @@ class PairSurfaces {
   /// that a contact is to keep but that is not seen would be corrected and lost in turn.
   void limit_thickness(double limit) { thickness_limit_ = limit; }
 
-  /// Sets the pairs of bodies without friction in this step: those that are being moved apart.
+  /// Sets the pairs of bodies that are being moved apart in this step. They have no friction.
   /// Smaller index first, sorted.
-  void set_without_friction(std::vector<BodyPair> pairs) {
-    LAZYCCD_ASSERT(std::is_sorted(pairs.begin(), pairs.end()), "pairs without friction are sorted");
-    without_friction_ = std::move(pairs);
+  void set_moved_apart(std::vector<BodyPair> pairs) {
+    LAZYCCD_ASSERT(std::is_sorted(pairs.begin(), pairs.end()), "pairs to be parted are sorted");
+    moved_apart_ = std::move(pairs);
   }
 
   /// Lower bound of the thickness of any pair of this body, metres; needs update() first.
@@ -110,14 +114,19 @@ class PairSurfaces {
     LAZYCCD_ASSERT(is_body(body_a) && is_body(body_b), "a pair is of bodies of the step");
     const BodySurface &a = bodies_[body_a], &b = bodies_[body_b];
     PairSurface surface;
-    surface.thickness = bounded(a.margin + b.margin, std::max(a.resolution, b.resolution));
+    surface.resolution = std::max(a.resolution, b.resolution);
+    surface.thickness = bounded(a.margin + b.margin, surface.resolution);
     // Between a soft and a rigid body Bullet multiplies in both worlds. Between two soft bodies it
     // takes the larger one (CollideVF_SS) or the product (CollideVF_DD).
     const bool soft_soft = a.is_soft && b.is_soft;
     const double friction = soft_soft && world_ == WorldKind::rigid
                                 ? std::max(a.friction, b.friction)
                                 : a.friction * b.friction;
-    if (!has_friction(body_a, body_b)) return surface;
+    if (is_moved_apart(body_a, body_b)) {
+      surface.parting_speed = settings::untangling::gap_speed * untangling_speed_;
+      return surface;
+    }
+    if (!has_friction_) return surface;
     surface.friction = friction;
     if (is_coulomb_) return surface;
     surface.sliding.iterations = std::max(a.iterations, b.iterations);
@@ -135,16 +144,17 @@ class PairSurfaces {
     const double wanted = thickness_ >= 0 ? thickness_ : sum_of_margins;
     return std::max(resolution, std::min(wanted, thickness_limit_));
   }
-  bool has_friction(std::int32_t a, std::int32_t b) const {
-    return has_friction_ && !std::binary_search(without_friction_.begin(), without_friction_.end(),
-                                                BodyPair{std::min(a, b), std::max(a, b)});
+  bool is_moved_apart(std::int32_t a, std::int32_t b) const {
+    return std::binary_search(moved_apart_.begin(), moved_apart_.end(),
+                              BodyPair{std::min(a, b), std::max(a, b)});
   }
 
   double thickness_;  // metres; negative: the sum of the margins
   bool has_friction_, is_coulomb_;
   WorldKind world_;
+  double untangling_speed_;  // m/s
   std::vector<BodySurface> bodies_;
-  std::vector<BodyPair> without_friction_;
+  std::vector<BodyPair> moved_apart_;
   double least_margin_ = 0, least_soft_margin_ = 0;  // of all bodies, of soft ones; metres
   double thickness_limit_ = std::numeric_limits<double>::infinity();
 };

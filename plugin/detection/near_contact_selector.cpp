@@ -71,8 +71,9 @@ void NearContactSelector::evaluate(Span<const Contact> contacts, const Motion& m
     may_have_rigid_terms[k] = bodies.may_have_rigid_terms;
   }
   const RowEstimateInput<btScalar> arrays = {
-      motion.start.data(),         motion.end.data(),   motion.inverse_mass.data(),
-      motion.shortest_edge.data(), motion.soft_count(), position_correction_};
+      motion.start.data(),        motion.end.data(),
+      motion.inverse_mass.data(), motion.shortest_edge.data(),
+      motion.soft_count(),        corrected_share(position_correction_, motion.dt)};
   kernels_->find(arrays, contacts.data(), static_cast<int>(contacts.size()), lanes);
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     estimates[k] = {lanes.move_squared[k], lanes.need[k], lanes.normal_mass[k],

@@ -8,13 +8,13 @@
 
 namespace lazyccd::bullet {
 
-/// Arrays and sizes of Motion, and SolverOptions::position_correction.
+/// Arrays and sizes of Motion, and corrected_share() of the step.
 template <class Scalar>
 struct RowEstimateInput {
   const Scalar *start, *end;
   const double *inverse_mass, *shortest_edge;
   std::int32_t soft_count;
-  double position_correction;
+  double corrected_share;
 };
 
 /// Input and output of the kernels, by contact.

@@ -125,8 +125,8 @@ LAZYCCD_INLINE void evaluate_range(const RowEstimateInput<Scalar>& motion, const
 
   const Lanes target_gap = min(thickness, max(zero, start_gap));
   const Lanes corrected_gap =
-      max(target_gap, min(settings::row::corrected_thickness * thickness,
-                          target_gap + motion.position_correction * thickness));
+      target_gap + motion.corrected_share *
+                       max(zero, settings::row::corrected_thickness * thickness - target_gap);
   const Mask can_act = compliance > 1e-6 * (compliance + compliance);
   const Lanes min_compliance = max_inverse_mass / settings::row::max_mass_ratio;
   store(thickness, lanes.thickness + first);

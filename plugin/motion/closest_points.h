@@ -1,4 +1,4 @@
-// Closest points of segments, and what is below a point in the plane of a triangle.
+// Closest points of segments and triangles, and what is below a point in the plane of a triangle.
 #pragma once
 
 #include <algorithm>
@@ -63,6 +63,30 @@ struct TrianglePlane {
     return {1 - u - v, u, v};
   }
 };
+
+/// Barycentric coordinates of the point of a triangle that is closest to x, by corner. Ericson
+/// 2005, "Real-Time Collision Detection", section 5.1.5.
+inline std::array<double, 3> closest_on_triangle(const Vector3d& x, const Vector3d& a,
+                                                 const Vector3d& b, const Vector3d& c) {
+  const Vector3d ab = b - a, ac = c - a, ap = x - a, bp = x - b, cp = x - c;
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
+  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0 && d4 <= d3) return {0, 1, 0};
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return {1 - d1 / (d1 - d3), d1 / (d1 - d3), 0};
+  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0 && d5 <= d6) return {0, 0, 1};
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return {1 - d2 / (d2 - d6), 0, d2 / (d2 - d6)};
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 >= d3 && d5 >= d6) {
+    const double along = (d4 - d3) / (d4 - d3 + d5 - d6);
+    return {0, 1 - along, along};
+  }
+  const double v = vb / (va + vb + vc), w = vc / (va + vb + vc);
+  return {1 - v - w, v, w};
+}
 
 /// True if these barycentric coordinates are of a point in the triangle.
 inline bool is_inside(const std::array<double, 3>& weights) {

@@ -146,6 +146,7 @@ void ContactConstraints::warm_start() {
     for (const WarmStart& start : parts[part]) {
       if (!start.is_made) rows_.make_placed(start.row);
       ContactRow& row = rows_[start.row];
+      row.loaded_gap = std::max(row.loaded_gap, start.last->gap);
       row.normal_impulse = std::max(0.0, row.normal.dot(start.last->impulse));
       row.tangent_impulse = start.last->impulse - row.normal.dot(start.last->impulse) * row.normal;
       const double max_tangent = row.friction * row.normal_impulse,
@@ -282,11 +283,35 @@ void ContactConstraints::solve_impulses(Motion& motion, int sweeps, ContactSolve
   solver_.write(motion);
 }
 
+std::vector<BodyPair> ContactConstraints::find_pressed_pairs(const Motion& motion) {
+  std::vector<BodyPair> pressed;
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    if (!rows_.is_made(i)) continue;
+    const ContactRow& row = rows_.made(i);
+    if (!(row.normal_impulse > settings::solver::min_speed * motion.dt * row.normal_mass)) continue;
+    const BodyPair pair = ordered_bodies(row.contact);
+    if (pressed.empty() || pressed.back() != pair) pressed.push_back(pair);
+  }
+  std::sort(pressed.begin(), pressed.end());
+  pressed.erase(std::unique(pressed.begin(), pressed.end()), pressed.end());
+  if (pressed.empty()) return pressed;
+  const std::vector<char> is_driven = find_prescribed_motion(motion);
+  const RowIslands& all = islands(motion);
+  const auto is_in_driven_island = [&](const BodyPair& pair) {
+    const std::int32_t island = std::max(all.of_body(pair[0]), all.of_body(pair[1]));
+    return island >= 0 && is_driven[static_cast<std::size_t>(island)];
+  };
+  pressed.erase(std::remove_if(pressed.begin(), pressed.end(), is_in_driven_island), pressed.end());
+  return pressed;
+}
+
 void ContactConstraints::solve_split_impulses(Motion& motion, int sweeps) {
   LAZYCCD_BT_PROFILE("solve split impulses");
   active_rows_.reset();
   const RowIslands& all = islands(motion);
-  solver_.set_up(ContactSolver::Target::split_impulse, rows_, all, motion);
+  const std::vector<BodyPair> pressed = find_pressed_pairs(motion);
+  solver_.set_up(ContactSolver::Target::split_impulse, rows_, all, motion,
+                 ContactSolver::Manner::full, pressed);
   sweep_count_ += solver_.solve(sweeps);
   solver_.write(motion);
   const auto is_solved = [&all](std::size_t rigid) {

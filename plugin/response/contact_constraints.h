@@ -104,6 +104,10 @@ class ContactConstraints {
   /// The rows of active_rows() among [first, last), which begins and ends with whole pairs.
   void find_active_rows(std::size_t first, std::size_t last,
                         std::vector<const ContactRow*>& found) const;
+  /// Pairs of bodies of which a row has an impulse, the smaller index first; sorted. Not in islands
+  /// in which anything of infinite mass moves: energy is not kept there in any case, and narrow
+  /// gaps need all the room that they get.
+  std::vector<BodyPair> find_pressed_pairs(const Motion& motion);
   void narrow_gap(ContactRow& row, double fraction, const Motion& motion);
   /// By island: whether a body in its contacts has prescribed motion.
   std::vector<char> find_prescribed_motion(const Motion& motion);

@@ -72,9 +72,10 @@ class ContactSolver {
 
   /// Sets up the problems of a target and of the selected islands, starting from the impulses that
   /// the rows have. `rows`, `islands` and `motion` must not change until write(). The problems of
-  /// split impulses must follow those of the motion, with the same rows and islands.
+  /// split impulses must follow those of the motion, with the same rows and islands. `pressed`: for
+  /// split impulses, the pairs of bodies that press on each other, as find_pressed_pairs().
   void set_up(Target target, RowList& rows, const RowIslands& islands, const Motion& motion,
-              Manner manner = Manner::full);
+              Manner manner = Manner::full, Span<const BodyPair> pressed = {});
 
   /// By island: largest displacement along a normal that impulses must add to those that the rows
   /// have, metres; 0 for islands that are not selected.
@@ -147,6 +148,7 @@ class ContactSolver {
     Indices copy_of;  // by slot: the copy that the present block has, or 0
   };
 
+  RowEstimate estimate(const ContactRow& row) const;
   bool has_impulse(const ContactRow& row) const {
     return for_split_impulse_ ? row.split_impulse != 0 : row.has_impulse();
   }
@@ -233,6 +235,7 @@ class ContactSolver {
   const Motion* motion_ = nullptr;
   // From one problem to the next only memory and RowNeed::may_need_split are kept.
   bool for_split_impulse_ = false;
+  Span<const BodyPair> pressed_;  // in set_up() of split impulses
   Manner manner_ = Manner::full;
   bool has_rigid_terms_ = false;
   std::vector<Problem> problems_;  // by island

@@ -16,16 +16,6 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-RowEstimate estimate_for_target(const ContactRow& row, bool for_split_impulse,
-                                const Motion& motion) {
-  const Vector3d move = move_without_impulses(row, for_split_impulse, motion);
-  RowEstimate estimate = estimate_row(row, move);
-  if (for_split_impulse)
-    estimate.need = settings::solver::split_gap_fraction * row.corrected_gap - row.start_gap -
-                    row.normal.dot(move);
-  return estimate;
-}
-
 RowCoupling make_coupling(const Mobility& mobility) {
   RowCoupling coupling = {};
   for (int k = 0; k < 6; ++k) {
@@ -56,6 +46,20 @@ Vector3d move_without_impulses(const ContactRow& row, bool for_split_impulse,
   return sum;
 }
 
+RowEstimate ContactSolver::estimate(const ContactRow& row) const {
+  const Vector3d move = move_without_impulses(row, for_split_impulse_, *motion_);
+  RowEstimate estimate = estimate_row(row, move);
+  if (!for_split_impulse_) return estimate;
+  const bool is_pressed =
+      std::binary_search(pressed_.begin(), pressed_.end(), ordered_bodies(row.contact));
+  double gap = row.corrected_gap;
+  if (is_pressed)
+    gap = std::max(row.target_gap, settings::solver::split_gap_fraction *
+                                       std::min(row.corrected_gap, row.loaded_gap));
+  estimate.need = gap - row.start_gap - row.normal.dot(move);
+  return estimate;
+}
+
 void ContactSolver::Largest::include(const Largest& other) {
   need = std::max(need, other.need);
   move_squared = std::max(move_squared, other.move_squared);
@@ -70,7 +74,7 @@ void ContactSolver::RowsByIsland::add(std::size_t island, std::int32_t row) {
 }
 
 void ContactSolver::set_up(Target target, RowList& rows, const RowIslands& islands,
-                           const Motion& motion, Manner manner) {
+                           const Motion& motion, Manner manner, Span<const BodyPair> pressed) {
   LAZYCCD_ASSERT(islands.row_count() <= rows.size(), "islands are of the rows to solve");
   LAZYCCD_ASSERT(motion.solved.size() == motion.inverse_mass.size() &&
                      motion.predicted.size() == motion.size(),
@@ -80,6 +84,7 @@ void ContactSolver::set_up(Target target, RowList& rows, const RowIslands& islan
   motion_ = &motion;
   for_split_impulse_ = target == Target::split_impulse;
   manner_ = manner;
+  pressed_ = pressed;
   has_rigid_terms_ = !motion.rigid.empty() || !motion.anchored.empty();
   needs_.resize(rows.size());
   block_count_ = block_row_count_ = stage_count_ = 0;
@@ -260,7 +265,7 @@ void ContactSolver::classify(RowChunk& chunk, bool only_may_need_split) {
       const ContactRow& row = rows_->get(i, scratch);
       if (!for_split_impulse_)
         may_need_split = row.corrected_gap > row.target_gap || row.split_impulse != 0;
-      add(i, estimate_for_target(row, for_split_impulse_, *motion_), has_impulse(row));
+      add(i, this->estimate(row), has_impulse(row));
     }
   }
 }

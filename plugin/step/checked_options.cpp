@@ -19,7 +19,7 @@ constexpr int max_int = std::numeric_limits<int>::max();
 
 constexpr Range<double> numbers[] = {
     {"thickness", &SolverOptions::thickness, -max_double, max_double},
-    {"position_correction", &SolverOptions::position_correction, 0, 1},
+    {"position_correction", &SolverOptions::position_correction, 0, max_double},
     {"restitution", &SolverOptions::restitution, 0, 1},
     {"restitution_threshold", &SolverOptions::restitution_threshold, 0, max_double},
     {"jump_speed", &SolverOptions::jump_speed, 0, max_double},

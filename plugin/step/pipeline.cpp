@@ -249,11 +249,13 @@ void Pipeline::take_changes(const StepReader::Changes& changes) {
   if (scene().vertex_count() == 0) return;
   update_surfaces();
   filter_.read_anchors();
+  touching_.begin_step();
   try {
     if (changes.topology || detector_.would_change(largest_thickness())) set_topology();
     find_embedded(changes.placed_bodies);
     if (!changes.placed_bodies.empty()) {
       for (const std::int32_t body : changes.placed_bodies) untangling_.place(body);
+      part_touching(&changes.placed_bodies);
       report_intersections(changes.placed_bodies);
     }
   } catch (...) {
@@ -268,7 +270,7 @@ bool Pipeline::reread_obstacles_if_left() {
   set_topology();
   if (untangling_.pushes())
     untangling_.read(find_intersections(), topology().topology(), detector_.edges(), motion());
-  surfaces_.set_without_friction(untangling_.pairs());
+  surfaces_.set_moved_apart(untangling_.pairs());
   return true;
 }
 
@@ -341,17 +343,33 @@ Untangling::Found Pipeline::find_intersections(const std::vector<std::int32_t>* 
   return found;
 }
 
+void Pipeline::part_touching(const std::vector<std::int32_t>* of_bodies) {
+  const Topology view = topology().topology();
+  const std::function<bool(std::int32_t)> responds = [this](std::int32_t body) {
+    return topology().bodies()[body].responds;
+  };
+  const PairRules pair_rules(view, responds);
+  TouchingQuery query;
+  query.collide = [&](std::int32_t a, std::int32_t b) { return pair_rules.collide(a, b); };
+  query.responds = [this](const Contact& contact) {
+    return filter_.decide(contact) == ContactFilter::Decision::respond;
+  };
+  query.of_bodies = of_bodies;
+  touching_.part(topology(), detector_.edges(), query, reader_.motion());
+}
+
 void Pipeline::untangle() {
   LAZYCCD_BT_PROFILE("untangle");
   untangling_.skip_step();
   if (untangling_.is_in_progress()) {
+    part_touching(nullptr);  // what comes out may end within rounding of the surface
     const Untangling::Found found = find_intersections();
     update_trapped(found);
     untangling_.begin_step(found, topology().topology(), detector_.edges(), motion());
     untangling_.push(options_.untangling_speed * motion().dt, reader_.motion());
   }
   untangling_.finish();
-  surfaces_.set_without_friction(untangling_.pairs());
+  surfaces_.set_moved_apart(untangling_.pairs());
   // Whether a mesh is closed does not show otherwise.
   if (!untangling_.is_in_progress()) reader_.read_parts_of_meshes();
   for (const BodyPair& pair : untangling_.pairs())
@@ -424,10 +442,10 @@ void Pipeline::debug_draw(btIDebugDraw& drawer, const DebugDrawOptions& options)
 }
 
 bool Pipeline::is_moved(std::int32_t vertex) const {
-  return responded_ &&
-         (untangling_.is_pushed(vertex) || !motion().velocity_change[vertex].isZero() ||
-          motion().solved[vertex] != motion().predicted[vertex] ||
-          !motion().split_displacement[vertex].isZero());
+  return responded_ && (untangling_.is_pushed(vertex) || touching_.has_moved(vertex) ||
+                        !motion().velocity_change[vertex].isZero() ||
+                        motion().solved[vertex] != motion().predicted[vertex] ||
+                        !motion().split_displacement[vertex].isZero());
 }
 
 std::vector<const btSoftBody*> Pipeline::moved_apart() const {

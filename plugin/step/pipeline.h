@@ -18,6 +18,7 @@
 #include "step/joint_motors.h"
 #include "step/scene_numbers.h"
 #include "step/write_rigid_bodies.h"
+#include "touching/touching_starts.h"
 #include "untangling/embedded_parts.h"
 #include "untangling/untangling.h"
 #include "util/warning_log.h"
@@ -124,6 +125,8 @@ class Pipeline {
   // `of_bodies`: as for bullet::find_intersections().
   Untangling::Found find_intersections(const std::vector<std::int32_t>* of_bodies = nullptr) const;
   void report_intersections(const std::vector<std::int32_t>& placed_bodies);
+  // Parts what touches. `of_bodies`: as in TouchingQuery.
+  void part_touching(const std::vector<std::int32_t>* of_bodies);
   NearContacts find_near_contacts();
   // `links` of the bodies that are not pushed apart.
   LinkSolver without_pushed_bodies(const LinkSolver& links) const;
@@ -149,6 +152,7 @@ class Pipeline {
   JointMotors motors_;
   SceneNumbers scene_numbers_;
   EmbeddedParts embedded_;
+  TouchingStarts touching_;
   Untangling untangling_;
   std::vector<StepContact> contacts_;
   std::int64_t handled_pairs_ = 0;

@@ -237,13 +237,13 @@ void add_trapped(const Group& group, const std::vector<std::int32_t>& inside,
 }  // namespace
 
 void find_in_convex(const StepTopology& topology, const Motion& motion,
-                    const Candidates& candidates, const std::vector<Side>& sides,
-                    PenetrationList& found) {
+                    const Candidates& candidates, const Vector3d& origin,
+                    const std::vector<Side>& sides, PenetrationList& found) {
   std::vector<std::int32_t> inside;
   for (const std::int32_t v : candidates.vertices) {
     const Vector3d x = motion.start_of(v);
     if (std::all_of(sides.begin(), sides.end(),
-                    [&](const Side& side) { return side.height(x) < -rounding_at(x); }))
+                    [&](const Side& side) { return is_below(side, x, origin); }))
       inside.push_back(v);
   }
   std::sort(inside.begin(), inside.end());

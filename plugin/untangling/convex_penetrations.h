@@ -26,13 +26,13 @@ struct Candidates {
   Blocking blocking;
 };
 
-/// Adds what is inside of all `sides`. What hangs together leaves through the same side: the
-/// nearest one that is not blocked. It stays if there is none, or if it is pierced and the ways out
-/// would stretch it. An example is a carpet through which furniture stands on the floor. What stays
-/// in an obstacle that nothing moves is trapped.
+/// Adds what is inside of all `sides`. `origin`: of the body that they are of. What hangs together
+/// leaves through the same side: the nearest one that is not blocked. It stays if there is none, or
+/// if it is pierced and the ways out would stretch it. An example is a carpet through which
+/// furniture stands on the floor. What stays in an obstacle that nothing moves is trapped.
 void find_in_convex(const StepTopology& topology, const Motion& motion,
-                    const Candidates& candidates, const std::vector<Side>& sides,
-                    PenetrationList& found);
+                    const Candidates& candidates, const Vector3d& origin,
+                    const std::vector<Side>& sides, PenetrationList& found);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

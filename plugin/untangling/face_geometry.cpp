@@ -1,11 +1,18 @@
 #include "untangling/face_geometry.h"
 
 #include <algorithm>
+#include <array>
 
+#include "motion/closest_points.h"
+#include "motion/rounding.h"
 #include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
+
+bool is_below(const Side& side, const Vector3d& x, const Vector3d& origin) {
+  return side.height(x) < -rounding_along(side.normal, x.cwiseAbs() + origin.cwiseAbs());
+}
 
 double rounding_at(const Vector3d& x) {
   return 16 * static_cast<double>(SIMD_EPSILON) * std::max(1.0, x.cwiseAbs().maxCoeff());
@@ -30,23 +37,10 @@ bool FaceGeometry::covers(std::int32_t index, const Vector3d& axis, const Vector
   return (u >= 0 && v >= 0 && w >= 0) || (u <= 0 && v <= 0 && w <= 0);
 }
 
-// Ericson 2005, "Real-Time Collision Detection", section 5.1.5.
 Vector3d FaceGeometry::closest_point(std::int32_t index, const Vector3d& x) const {
   const Vector3d a = corner(index, 0), b = corner(index, 1), c = corner(index, 2);
-  const Vector3d ab = b - a, ac = c - a, ap = x - a, bp = x - b, cp = x - c;
-  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
-  if (d1 <= 0 && d2 <= 0) return a;
-  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
-  if (d3 >= 0 && d4 <= d3) return b;
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return a + d1 / (d1 - d3) * ab;
-  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
-  if (d6 >= 0 && d5 <= d6) return c;
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return a + d2 / (d2 - d6) * ac;
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 >= d3 && d5 >= d6) return b + (d4 - d3) / (d4 - d3 + d5 - d6) * (c - b);
-  return a + vb / (va + vb + vc) * ab + vc / (va + vb + vc) * ac;
+  const std::array<double, 3> weights = closest_on_triangle(x, a, b, c);
+  return weights[0] * a + weights[1] * b + weights[2] * c;
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -19,6 +19,9 @@ struct Side {
   double height(const Vector3d& x) const { return normal.dot(x) - offset; }
 };
 
+/// True if x is below the side by more than rounding. `origin`: of the body that the side is of.
+bool is_below(const Side& side, const Vector3d& x, const Vector3d& origin);
+
 /// Rounding of positions near x, metres.
 double rounding_at(const Vector3d& x);
 

@@ -7,95 +7,13 @@
 #include <utility>
 
 #include "lazyccd/query.h"
+#include "touching/bodies_that_meet.h"
+#include "touching/strips.h"
 #include "untangling/pair_rules.h"
-#include "util/box.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-// Sweep and prune along the axis with the largest spread, in strips across the axis with the second
-// largest. Without strips, at each place along the axis all boxes across the width of a cloth would
-// overlap.
-class Strips {
- public:
-  Strips(const std::vector<Vector3d>& x, std::size_t boxes) {
-    if (x.empty()) return;
-    const double count = static_cast<double>(x.size());
-    Vector3d mean = Vector3d::Zero(), square = Vector3d::Zero();
-    for (const Vector3d& p : x) mean += p / count;
-    for (const Vector3d& p : x) square += (p - mean).cwiseProduct(p - mean) / count;
-    square.maxCoeff(&along_);
-    square[along_] = -1;
-    // The width of a uniform distribution with the same variance. The extent of the vertices would
-    // be too wide, because the few vertices of a ground lie far out.
-    const double width = std::sqrt(12 * square.maxCoeff(&across_));
-    if (!(width > 0 && std::isfinite(width))) return;
-    strips_ = std::ceil(std::sqrt(static_cast<double>(boxes)));
-    lower_ = mean[across_] - 0.5 * width;
-    strips_per_metre_ = strips_ / width;
-  }
-
-  struct Box {
-    Vector3d lower, upper;
-    std::int32_t primitive;
-    int strip;
-  };
-
-  // Makes the boxes of the primitives that may collide, one for each strip that a primitive
-  // overlaps. Sorted by strip, then by lower end along the axis.
-  template <class Primitive, class Filter>
-  std::vector<Box> boxes_of(Span<const Primitive> primitives, const std::vector<Vector3d>& x,
-                            const Filter& may_collide) const {
-    std::vector<Box> boxes;
-    for (std::size_t i = 0; i < primitives.size(); ++i) {
-      if (!may_collide(primitives[i][0])) continue;
-      Box box{x[primitives[i][0]], x[primitives[i][0]], static_cast<std::int32_t>(i), 0};
-      for (const std::int32_t v : primitives[i]) {
-        box.lower = box.lower.cwiseMin(x[v]);
-        box.upper = box.upper.cwiseMax(x[v]);
-      }
-      const int last = strip(box.upper);
-      for (box.strip = strip(box.lower); box.strip <= last; ++box.strip) boxes.push_back(box);
-    }
-    std::sort(boxes.begin(), boxes.end(),
-              [this](const Box& a, const Box& b) { return place(a) < place(b); });
-    return boxes;
-  }
-
-  // Calls test(a, b) once for each two boxes that overlap along the axis and share a strip.
-  template <class Test>
-  void sweep(const std::vector<Box>& a, const std::vector<Box>& b, Test&& test) const {
-    // A pair is found at the lower end of the box that begins later.
-    visit_starts(a, b, std::less<>(), test);
-    visit_starts(b, a, std::less_equal<>(), [&](const Box& y, const Box& x) { test(x, y); });
-  }
-
- private:
-  // Index of the strip of a point. Points outside of the width are in the first or the last strip.
-  int strip(const Vector3d& p) const {
-    return static_cast<int>(std::clamp((p[across_] - lower_) * strips_per_metre_, 0.0, strips_));
-  }
-  std::pair<int, double> place(const Box& box) const { return {box.strip, box.lower[along_]}; }
-
-  // Calls test() for each box of `b` that begins inside of a box of `a`.
-  template <class Before, class Test>
-  void visit_starts(const std::vector<Box>& a, const std::vector<Box>& b, Before before,
-                    Test&& test) const {
-    std::size_t j = 0;
-    for (const Box& box : a) {
-      while (j < b.size() && before(place(b[j]), place(box))) ++j;
-      const std::pair<int, double> end(box.strip, box.upper[along_]);
-      for (std::size_t k = j; k < b.size() && place(b[k]) <= end; ++k) {
-        // Test a pair only in the first strip that both overlap.
-        if (box.strip == std::max(strip(box.lower), strip(b[k].lower))) test(box, b[k]);
-      }
-    }
-  }
-
-  int along_ = 0, across_ = 1;
-  double lower_ = 0, strips_per_metre_ = 0, strips_ = 0;
-};
 
 // Side of the plane abc on which the point p lies; 0 if rounding could decide the sign.
 int side(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
@@ -104,27 +22,6 @@ int side(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d
   const double scale = au.maxCoeff() * av.maxCoeff() * aw.maxCoeff();
   const double volume = u.cross(v).dot(w);
   return std::abs(volume) > 1e-13 * scale ? (volume > 0 ? 1 : -1) : 0;
-}
-
-// By body: nonzero if it may collide with itself, or with a body whose box overlaps its own, and
-// one of both is asked for.
-std::vector<char> find_bodies_that_may_collide(const Topology& topology,
-                                               const std::vector<Vector3d>& x,
-                                               const PairRules& pair_rules,
-                                               const std::vector<char>& is_asked_for) {
-  std::vector<Box3d> boxes(topology.bodies.size());
-  for (std::size_t v = 0; v < x.size(); ++v) boxes[topology.body_of_vertex[v]].extend(x[v]);
-  std::vector<char> body_may_collide(boxes.size(), 0);
-  const auto count = static_cast<std::int32_t>(boxes.size());
-  for (std::int32_t a = 0; a < count; ++a) {
-    if (!is_asked_for[a]) continue;
-    for (std::int32_t b = 0; b < count; ++b) {
-      if (b < a && is_asked_for[b]) continue;  // known from b
-      if (boxes[a].intersects(boxes[b]) && pair_rules.collide(a, b))
-        body_may_collide[a] = body_may_collide[b] = 1;
-    }
-  }
-  return body_may_collide;
 }
 
 }  // namespace
@@ -151,9 +48,7 @@ Intersections find_intersections(const Topology& topology, Span<const Edge> edge
     x.emplace_back(p[0], p[1], p[2]);
   }
   const PairRules pair_rules(topology, responds);
-  std::vector<char> is_asked_for(topology.bodies.size(), of_bodies == nullptr);
-  if (of_bodies != nullptr)
-    for (const std::int32_t body : *of_bodies) is_asked_for[body] = 1;
+  const std::vector<char> is_asked_for = bodies_asked_for(topology, of_bodies);
   const auto movable = [&](std::int32_t v) { return topology.inverse_mass[v] > 0; };
   Intersections found;
   const auto test = [&](const Strips::Box& edge_box, const Strips::Box& face_box) {
@@ -174,14 +69,16 @@ Intersections find_intersections(const Topology& topology, Span<const Edge> edge
     if (found.pairs.empty()) found.first = {a, b};
     found.pairs.push_back({edge_box.primitive, face_box.primitive});
   };
-  const std::vector<char> body_may_collide =
-      find_bodies_that_may_collide(topology, x, pair_rules, is_asked_for);
+  const auto no_reach = [](std::int32_t) { return 0.0; };
+  const std::vector<char> body_may_collide = find_bodies_that_meet(
+      topology, x, no_reach,
+      [&](std::int32_t a, std::int32_t b) { return pair_rules.collide(a, b); }, is_asked_for);
   const auto may_collide = [&](std::int32_t v) {
     return body_may_collide[topology.body_of_vertex[v]] != 0;
   };
   const Strips strips(x, edges.size());
-  strips.sweep(strips.boxes_of(edges, x, may_collide),
-               strips.boxes_of(topology.faces, x, may_collide), test);
+  strips.sweep(strips.boxes_of(edges, x, may_collide, no_reach),
+               strips.boxes_of(topology.faces, x, may_collide, no_reach), test);
   return found;
 }
 

@@ -1,15 +1,13 @@
 #include "untangling/penetrations.h"
 
 #include <BulletCollision/CollisionShapes/btCollisionShape.h>
-#include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
-#include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 
 #include <algorithm>
 #include <map>
 #include <numeric>
 
-#include "motion/rotation.h"
 #include "settings.h"
+#include "touching/oriented_surface.h"
 #include "untangling/closed_surfaces.h"
 #include "untangling/convex_penetrations.h"
 #include "untangling/face_grid.h"
@@ -35,6 +33,7 @@ class Finder {
         view_(topology.topology()),
         motion_(motion),
         obstacle_(obstacle),
+        origin_(motion.rigid_of(obstacle).centre()),
         geometry_(view_, motion),
         found_(view_, motion, obstacle, found) {}
 
@@ -49,7 +48,7 @@ class Finder {
       for (const std::int32_t f : grid.near(x)) {
         if (geometry_.is_degenerate(f)) continue;
         const Side side = geometry_.side_of(f, up);
-        if (!(side.height(x) < -rounding_at(x)) || !geometry_.covers(f, up, x)) continue;
+        if (!is_below(side, x, origin_) || !geometry_.covers(f, up, x)) continue;
         found_.add_inside(v, 0);
         found_.add(v, side);
         break;
@@ -64,7 +63,7 @@ class Finder {
     Candidates candidates =
         find_passing(parts, intersections, edges)[parts.key_of(view_.faces[face][0])];
     candidates.vertices = vertices;
-    find_in_convex(topology_, motion_, candidates, {geometry_.side_of(face, up)}, found_);
+    find_in_convex(topology_, motion_, candidates, origin_, {geometry_.side_of(face, up)}, found_);
   }
 
   void find_inside(const Vertices& vertices, const Intersections& intersections,
@@ -83,7 +82,7 @@ class Finder {
         find_in_solid(near, solid);
       } else {
         candidates.blocking = blocking;
-        find_in_convex(topology_, motion_, candidates, sides, found_);
+        find_in_convex(topology_, motion_, candidates, origin_, sides, found_);
       }
     }
   }
@@ -171,6 +170,7 @@ class Finder {
   Topology view_;
   const Motion& motion_;
   std::int32_t obstacle_;
+  Vector3d origin_;
   FaceGeometry geometry_;
   PenetrationList found_;
 };
@@ -230,12 +230,7 @@ Penetrations find_inside_obstacles(
     if (topology.bodies()[obstacle].soft || boxes[obstacle].isEmpty()) continue;
     const btCollisionShape& shape = *topology.bodies()[obstacle].object->getCollisionShape();
     const int shape_type = shape.getShapeType();
-    const Matrix3d basis = to_double(motion.rigid_of(obstacle).start.getBasis());
-    Vector3d up = Vector3d::Zero();  // of what has no bottom
-    if (shape_type == STATIC_PLANE_PROXYTYPE)
-      up = basis * to_double(static_cast<const btStaticPlaneShape&>(shape).getPlaneNormal());
-    if (shape_type == TERRAIN_SHAPE_PROXYTYPE)
-      up = basis.col(static_cast<const btHeightfieldTerrainShape&>(shape).getUpAxis());
+    const Vector3d up = up_of(topology, motion, obstacle);  // of what has no bottom
     const auto are_apart = [&](const Box3d& box) {
       return up.isZero() ? !box.intersects(boxes[obstacle])
                          : lower_end(box, up) > -lower_end(boxes[obstacle], -up);

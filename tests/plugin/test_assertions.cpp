@@ -102,8 +102,8 @@ TEST_CASE("assertions on surfaces fail where they must") {
           lazyccd::test::uniform_surfaces(0.1, 0).update({{not_a_number, 0, true}});
         }) == "margins are finite and not negative");
   CHECK(failed_belief([] {
-          lazyccd::test::uniform_surfaces(0.1, 0).set_without_friction({{1, 2}, {0, 1}});
-        }) == "pairs without friction are sorted");
+          lazyccd::test::uniform_surfaces(0.1, 0).set_moved_apart({{1, 2}, {0, 1}});
+        }) == "pairs to be parted are sorted");
 }
 
 TEST_CASE("assertions on lists of rows fail where they must") {

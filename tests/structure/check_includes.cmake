@@ -113,7 +113,8 @@ check_layers(plugin "(lazyccd/|settings\\.h$)"
   shapes:util
   scene:shapes,motion,util
   contact:scene,motion,util
-  untangling:scene,shapes,motion,util
+  touching:scene,shapes,motion,util
+  untangling:touching,scene,shapes,motion,util
   links:scene,shapes,util
   bodies:scene,shapes,util
   report:scene,shapes,contact,motion,util
@@ -122,7 +123,7 @@ check_layers(plugin "(lazyccd/|settings\\.h$)"
   solver:contact,motion,util
   response:solver,contact,motion,util
   isa:detection,solver,links,contact,motion,util,simd
-  step:detection,response,report,untangling,scene,shapes,contact,motion,util
+  step:detection,response,report,untangling,touching,scene,shapes,contact,motion,util
   world:step,bodies,links,report,scene,shapes,contact,motion,util)
 
 set(prefix "host/")

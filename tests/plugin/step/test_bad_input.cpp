@@ -142,7 +142,7 @@ TEST_CASE("invalid options are logged and replaced by the defaults") {
   scenes::WorldOptions options = quiet_options(World::rigid);
   options.lazyccd.on_message = [&](const std::string& line) { logged.push_back(line); };
   options.lazyccd.thickness = nothing;
-  options.lazyccd.position_correction = 2;
+  options.lazyccd.position_correction = -2;
   options.lazyccd.restitution = -1;
   options.lazyccd.rest_damping = -100;
   options.lazyccd.untangling_speed = -nothing;
@@ -151,7 +151,7 @@ TEST_CASE("invalid options are logged and replaced by the defaults") {
   invalid.steps(20);
   usual.steps(20);
   CHECK(logged.size() == 6);
-  CHECK(invalid.world->status().find("SolverOptions::position_correction is 2") !=
+  CHECK(invalid.world->status().find("SolverOptions::position_correction is -2") !=
         std::string::npos);
   CHECK(invalid.world->total_stats()->contacts_vf > 0);
   CHECK(scenes::read_positions(*invalid.world) == scenes::read_positions(*usual.world));

@@ -43,10 +43,10 @@ struct SolverOptions {
   /// of the step. Negative: the sum of the two bodies' collision margins, as in Bullet.
   double thickness = -1;
 
-  /// Position correction (Baumgarte factor), from 0 to 1. A contact whose gap is below half the
-  /// thickness widens it by this fraction of the thickness per step, up to half the thickness. This
-  /// moves nodes without changing their velocities (split impulses). 0: no correction.
-  double position_correction = 0.05;
+  /// Position correction (Baumgarte), per second. A contact whose gap is below half the thickness
+  /// restores this share of what is missing in a second. This moves nodes without changing their
+  /// velocities (split impulses). 0: no correction.
+  double position_correction = 1;
 
   /// Coefficient of restitution, from 0 (bodies stay together) to 1. Applies to contacts that meet
   /// at `restitution_threshold` or faster.

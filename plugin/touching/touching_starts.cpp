@@ -1,0 +1,111 @@
+#include "touching/touching_starts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "motion/rounding.h"
+#include "touching/touching_sides.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+// By vertex, by axis: what bounds the rounding of its position (rounding.h), metres.
+std::vector<Vector3d> find_extents(const StepTopology& topology, const Motion& motion) {
+  std::vector<Vector3d> extents(motion.size());
+  for (std::int32_t v = 0; v < static_cast<std::int32_t>(extents.size()); ++v) {
+    const int rigid = motion.rigid_of_body[topology.body_of(v)];
+    extents[v] = motion.start_of(v).cwiseAbs();
+    if (rigid >= 0) extents[v] += motion.rigid[rigid].centre().cwiseAbs();
+  }
+  return extents;
+}
+
+// Distance along `normal` that rounding cannot tell from zero, metres. Positive also where all
+// coordinates are zero.
+double bound_of(const TouchingPair& pair, const Vector3d& normal,
+                const std::vector<Vector3d>& extents, const Motion& motion) {
+  Vector3d extent = Vector3d::Zero();
+  for (const std::int32_t v : pair.contact.vertices) extent = extent.cwiseMax(extents[v]);
+  double edge = 0;  // the longest of the shortest ones
+  for (const std::int32_t v : pair.contact.vertices)
+    if (motion.is_soft(v) && std::isfinite(motion.shortest_edge[v]))
+      edge = std::max(edge, motion.shortest_edge[v]);
+  return std::max(rounding_of(Vector3d(edge, 0, 0)), rounding_along(normal, extent));
+}
+
+// Moves the free vertices of a pair apart along `normal`, until its gap is `distance`.
+void part_pair(const TouchingPair& pair, const Vector3d& normal, double distance,
+               const Motion& motion, std::vector<Vector3d>& x, std::vector<char>& is_moved) {
+  double gap = 0, share = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const std::int32_t v = pair.contact.vertices[i];
+    gap += pair.weights[i] * normal.dot(x[v]);
+    if (motion.is_free(v)) share += std::abs(pair.weights[i]);
+  }
+  if (gap >= distance / 2 || !(share > 0)) return;
+  const double move = std::min((distance - gap) / share, 2 * (distance - gap));
+  for (std::size_t i = 0; i < 4; ++i) {
+    const std::int32_t v = pair.contact.vertices[i];
+    if (!motion.is_free(v) || pair.weights[i] == 0) continue;
+    x[v] += (pair.weights[i] > 0 ? move : -move) * normal;
+    is_moved[v] = 1;
+  }
+}
+
+// Sets the start to x, rounded, and moves the end with it.
+void move_vertex(std::int32_t v, const Vector3d& x, Motion& motion) {
+  for (int k = 0; k < 3; ++k) {
+    const std::size_t at = 3 * static_cast<std::size_t>(v) + static_cast<std::size_t>(k);
+    const btScalar start = static_cast<btScalar>(x[k]);
+    motion.end[at] += start - motion.start[at];
+    motion.start[at] = start;
+  }
+}
+
+}  // namespace
+
+bool TouchingStarts::has_moved(std::int32_t vertex) const {
+  return std::binary_search(moved_.begin(), moved_.end(), vertex);
+}
+
+void TouchingStarts::part(const StepTopology& topology, Span<const Edge> edges,
+                          const TouchingQuery& query, Motion& motion) {
+  constexpr int max_passes = 8;  // pairs of one vertex may ask for different directions
+  const std::vector<Vector3d> extents = find_extents(topology, motion);
+  std::vector<double> rounding(motion.size());
+  std::vector<Vector3d> x(motion.size());
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    rounding[v] = rounding_of(extents[v]);
+    x[v] = motion.start_of(static_cast<std::int32_t>(v));
+  }
+  for (int pass = 0; pass < max_passes; ++pass) {
+    const std::vector<TouchingPair> pairs =
+        find_touching_pairs(topology.topology(), edges, x, rounding, motion.soft_count(), query);
+    if (pairs.empty()) return;
+    const auto bound = [&](const TouchingPair& pair, const Vector3d& normal) {
+      return bound_of(pair, normal, extents, motion);
+    };
+    const std::vector<Vector3d> normals =
+        TouchingSides(topology, edges, motion).normals_of(pairs, bound);
+    std::vector<char> is_moved(static_cast<std::size_t>(motion.soft_count()), 0);
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      if (!normals[i].isZero())
+        part_pair(pairs[i], normals[i], bound(pairs[i], normals[i]), motion, x, is_moved);
+    }
+    bool any_moved = false;
+    for (std::int32_t v = 0; v < motion.soft_count(); ++v) {
+      if (!is_moved[v]) continue;
+      any_moved = true;
+      move_vertex(v, x[v], motion);
+      x[v] = motion.start_of(v);
+      moved_.push_back(v);
+    }
+    std::sort(moved_.begin(), moved_.end());
+    moved_.erase(std::unique(moved_.begin(), moved_.end()), moved_.end());
+    if (!any_moved) return;
+  }
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
