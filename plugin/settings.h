@@ -456,9 +456,6 @@ inline constexpr double exit_rate = 6;
 /// Of the untangling speed: gaps of bodies that are moved apart widen so fast. The bodies move too;
 /// with the whole speed more of their edges pass through faces at first.
 inline constexpr double gap_speed = 0.5;
-/// Of the thickness: what comes out is moved this far outside, as position correction would. Then
-/// it is not inside again in the next step.
-inline constexpr double exit_gap = 0.5;
 /// Seconds without progress after which a pair is given up. Otherwise what cannot come out, as a
 /// ring around a pole, is pulled forever.
 inline constexpr double max_seconds_without_progress = 3;

@@ -227,9 +227,7 @@ void ContactConstraints::add_penetrations(const std::vector<Contact>& contacts, 
     factory.make(contact, row);
     const double depth = std::max(0.0, -row.start_gap);
     const double distance = std::max(speed, settings::untangling::exit_rate * depth) * motion.dt;
-    const double outside =
-        settings::untangling::exit_gap *
-        surfaces_.of(contact.body_a, contact.body_b).thickness;  // corrected fully here
+    const double outside = surfaces_.of(contact.body_a, contact.body_b).resolution;
     factory.make_penetration(contact, std::min(distance, depth + outside), row);
   });
 }

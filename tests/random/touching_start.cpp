@@ -423,7 +423,7 @@ class Start {
   std::vector<std::unique_ptr<btSoftBody>> soft_;
   std::vector<std::unique_ptr<btCollisionShape>> shapes_, parts_;
   std::unique_ptr<btTriangleMesh> mesh_;
-  std::vector<float> heights_;
+  std::vector<btScalar> heights_;
   std::vector<std::unique_ptr<btRigidBody>> rigid_;
   std::unique_ptr<btMultiBody> multibody_;
   std::unique_ptr<btMultiBodyLinkCollider> collider_;
