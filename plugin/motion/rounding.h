@@ -12,19 +12,18 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-/// Bound of the rounding along a unit vector, metres. `extent`: by axis, metres, the largest
-/// coordinate of the place plus that of the origin of the frame that the place was computed in.
-inline double rounding_along(const Vector3d& direction, const Vector3d& extent) {
-  // Of a place: one when the application sets it, and six in the product with a pose. The rest is
-  // for poses that were themselves computed.
+/// Bound of the rounding of coordinates up to `largest`, metres.
+inline double rounding_of(double largest) {
+  // One when the application sets a place, and six in the product with a pose. The rest is for
+  // poses that were themselves computed.
   constexpr double rounding_count = 16;
-  return rounding_count * static_cast<double>(std::numeric_limits<btScalar>::epsilon()) *
-         direction.cwiseAbs().dot(extent);
+  return rounding_count * static_cast<double>(std::numeric_limits<btScalar>::epsilon()) * largest;
 }
 
-/// The same in any direction.
-inline double rounding_of(const Vector3d& extent) {
-  return rounding_along(Vector3d::Ones(), extent);
+/// The same along a unit vector. `extent`: by axis, metres, the largest coordinate of the place
+/// plus that of the origin of the frame that the place was computed in.
+inline double rounding_along(const Vector3d& direction, const Vector3d& extent) {
+  return rounding_of(direction.cwiseAbs().dot(extent));
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

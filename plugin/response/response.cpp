@@ -73,11 +73,11 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
   std::vector<Contact> contacts = detect_all(motion.starts(), motion.ends());
   LAZYCCD_ASSERT(are_of(contacts, motion), "contacts are of bodies and vertices of the motion");
 
-  // Initial contacts: pairs that touch before anything moves, such as bodies placed that way or the
-  // two edges of a cut. These pairs touch at the start, so shortening the motion does not help, and
-  // the geometry does not show which side is outside. Between two bodies the relative motion shows
-  // it: the body came from the side opposite to its motion. Such contacts get one solve. Within one
-  // body they are ignored.
+  // Initial contacts: pairs that touch before anything moves, such as the two edges of a cut, or
+  // bodies that TouchingStarts had no room to part. These pairs touch at the start, so shortening
+  // the motion does not help. Between two bodies the relative motion shows the side: the body came
+  // from the side opposite to its motion. Such contacts get one solve. Within one body they are
+  // ignored.
   std::vector<Contact> initial_contacts;
   if (std::any_of(contacts.begin(), contacts.end(), touches_at_start)) {
     initial_contacts = detect_all(motion.starts(), motion.starts());

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "motion/articulated_motion.h"
+#include "motion/rounding.h"
 #include "scene/collision_filters.h"
 #include "scene/rigid_motions.h"
 #include "settings.h"
@@ -235,7 +236,6 @@ bool StepReader::pinned_nodes_jumped(const SoftScene::BodyRecord& record,
 }
 
 void StepReader::update_resolution() {
-  constexpr double rounding_count = 16;
   std::unordered_map<const btSoftBody*, double> last;
   if (resolution_of_.size() > scene_.bodies().size()) last.swap(resolution_of_);
   for (std::size_t i = 0; i < scene_.bodies().size(); ++i) {
@@ -244,10 +244,8 @@ void StepReader::update_resolution() {
     btScalar farthest = 0;
     for (int k = 0; k < 3; ++k)
       farthest = std::max({farthest, std::abs(bounds_[i].lower[k]), std::abs(bounds_[i].upper[k])});
-    const double rounding = static_cast<double>(farthest) *
-                            static_cast<double>(std::numeric_limits<btScalar>::epsilon());
-    const double resolution =
-        rounding_count * rounding + settings::detection::resolved_speed * motion_.dt;
+    const double resolution = rounding_of(static_cast<double>(farthest)) +
+                              settings::detection::resolved_speed * motion_.dt;
     const auto found = last.find(body);
     double& kept =
         found == last.end() ? resolution_of_[body] : resolution_of_[body] = found->second;

@@ -255,7 +255,7 @@ void Pipeline::take_changes(const StepReader::Changes& changes) {
     find_embedded(changes.placed_bodies);
     if (!changes.placed_bodies.empty()) {
       for (const std::int32_t body : changes.placed_bodies) untangling_.place(body);
-      part_touching(&changes.placed_bodies);
+      part_touching(changes.placed_bodies);
       report_intersections(changes.placed_bodies);
     }
   } catch (...) {
@@ -343,7 +343,7 @@ Untangling::Found Pipeline::find_intersections(const std::vector<std::int32_t>* 
   return found;
 }
 
-void Pipeline::part_touching(const std::vector<std::int32_t>* of_bodies) {
+void Pipeline::part_touching(const std::vector<std::int32_t>& of_bodies) {
   const Topology view = topology().topology();
   const std::function<bool(std::int32_t)> responds = [this](std::int32_t body) {
     return topology().bodies()[body].responds;
@@ -354,7 +354,7 @@ void Pipeline::part_touching(const std::vector<std::int32_t>* of_bodies) {
   query.responds = [this](const Contact& contact) {
     return filter_.decide(contact) == ContactFilter::Decision::respond;
   };
-  query.of_bodies = of_bodies;
+  query.of_bodies = &of_bodies;
   touching_.part(topology(), detector_.edges(), query, reader_.motion());
 }
 
@@ -362,7 +362,12 @@ void Pipeline::untangle() {
   LAZYCCD_BT_PROFILE("untangle");
   untangling_.skip_step();
   if (untangling_.is_in_progress()) {
-    part_touching(nullptr);  // what comes out may end within rounding of the surface
+    // What comes out may end within rounding of the surface.
+    std::vector<std::int32_t> placed;
+    const auto count = static_cast<std::int32_t>(topology().topology().bodies.size());
+    for (std::int32_t body = 0; body < count; ++body)
+      if (untangling_.is_placed(body, body)) placed.push_back(body);
+    part_touching(placed);
     const Untangling::Found found = find_intersections();
     update_trapped(found);
     untangling_.begin_step(found, topology().topology(), detector_.edges(), motion());

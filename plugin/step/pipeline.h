@@ -125,8 +125,8 @@ class Pipeline {
   // `of_bodies`: as for bullet::find_intersections().
   Untangling::Found find_intersections(const std::vector<std::int32_t>* of_bodies = nullptr) const;
   void report_intersections(const std::vector<std::int32_t>& placed_bodies);
-  // Parts what touches. `of_bodies`: as in TouchingQuery.
-  void part_touching(const std::vector<std::int32_t>* of_bodies);
+  // Parts what touches one of these bodies.
+  void part_touching(const std::vector<std::int32_t>& of_bodies);
   NearContacts find_near_contacts();
   // `links` of the bodies that are not pushed apart.
   LinkSolver without_pushed_bodies(const LinkSolver& links) const;

@@ -65,15 +65,8 @@ class Finder {
     if ((vertex >= soft_count_ && f[0] >= soft_count_) || !may_touch(a, b)) return;
     const std::array<double, 3> weights =
         closest_on_triangle(x_[vertex], x_[f[0]], x_[f[1]], x_[f[2]]);
-    TouchingPair pair;
-    pair.contact.kind = ContactKind::vertex_face;
-    pair.contact.body_a = a;
-    pair.contact.body_b = b;
-    pair.contact.primitive_a = vertex;
-    pair.contact.primitive_b = face;
-    pair.contact.vertices = {vertex, f[0], f[1], f[2]};
-    pair.weights = {1, -weights[0], -weights[1], -weights[2]};
-    add(pair);
+    add(ContactKind::vertex_face, {a, b}, {vertex, face}, {vertex, f[0], f[1], f[2]},
+        {1, -weights[0], -weights[1], -weights[2]});
   }
 
   void test_edges(std::int32_t first, std::int32_t second) {
@@ -84,26 +77,26 @@ class Finder {
     if ((e[0] >= soft_count_ && f[0] >= soft_count_) || !may_touch(a, b)) return;
     const ClosestOnSegments points =
         closest_on_segments(x_[e[0]], x_[e[1]] - x_[e[0]], x_[f[0]], x_[f[1]] - x_[f[0]]);
-    TouchingPair pair;
-    pair.contact.kind = ContactKind::edge_edge;
-    pair.contact.body_a = a;
-    pair.contact.body_b = b;
-    pair.contact.primitive_a = first;
-    pair.contact.primitive_b = second;
-    pair.contact.vertices = {e[0], e[1], f[0], f[1]};
-    pair.weights = {1 - points.s, points.s, -(1 - points.t), -points.t};
-    add(pair);
+    add(ContactKind::edge_edge, {a, b}, {first, second}, {e[0], e[1], f[0], f[1]},
+        {1 - points.s, points.s, -(1 - points.t), -points.t});
   }
 
-  void add(TouchingPair& pair) {
-    pair.gap = Vector3d::Zero();
+  void add(ContactKind kind, const BodyPair& bodies, const std::array<std::int32_t, 2>& primitives,
+           const std::array<std::int32_t, 4>& vertices, const std::array<double, 4>& weights) {
+    TouchingPair pair = {{}, weights, Vector3d::Zero()};
     double bound = 0;
     for (std::size_t i = 0; i < 4; ++i) {
-      const std::int32_t v = pair.contact.vertices[i];
-      pair.gap += pair.weights[i] * x_[v];
-      bound = std::max(bound, rounding_[v]);
+      pair.gap += weights[i] * x_[vertices[i]];
+      bound = std::max(bound, rounding_[vertices[i]]);
     }
-    if (pair.gap.norm() <= bound && query_.responds(pair.contact)) found_.push_back(pair);
+    if (pair.gap.norm() > bound) return;
+    pair.contact.kind = kind;
+    pair.contact.body_a = bodies[0];
+    pair.contact.body_b = bodies[1];
+    pair.contact.primitive_a = primitives[0];
+    pair.contact.primitive_b = primitives[1];
+    pair.contact.vertices = vertices;
+    if (query_.responds(pair.contact)) found_.push_back(pair);
   }
 
   const Topology& topology_;

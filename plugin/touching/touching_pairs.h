@@ -28,7 +28,7 @@ struct TouchingQuery {
   std::function<bool(std::int32_t a, std::int32_t b)> collide;
   /// Whether the response acts on a pair.
   std::function<bool(const Contact&)> responds;
-  /// Only pairs with one of these bodies; null: all pairs.
+  /// Only pairs with one of these bodies. Must be set, and outlive the query.
   const std::vector<std::int32_t>* of_bodies = nullptr;
 };
 

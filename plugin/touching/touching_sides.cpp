@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "settings.h"
 #include "util/disjoint_sets.h"
 
 namespace lazyccd::bullet {
@@ -48,27 +49,19 @@ Vector3d mean_velocity_of(std::int32_t body, const StepTopology& topology, const
   return record.vertex_count > 0 ? sum / record.vertex_count : sum;
 }
 
-Vector3d turned_to(const Vector3d& direction, const Vector3d& normal) {
-  return normal.dot(direction) < 0 ? -normal : normal;
+// The direction that is perpendicular to two edges. Zero if they are parallel but for the rounding
+// of their ends.
+Vector3d across(const Vector3d& e1, const Vector3d& e2, double rounding) {
+  const Vector3d normal = e1.cross(e2);
+  const double longest = std::max(e1.norm(), e2.norm());
+  return normal.norm() > rounding * longest ? normal.normalized() : Vector3d::Zero();
 }
 
-// Whether the direction tells the side of a plane with this normal: it is not nearly along it.
-bool tells_side(const Vector3d& direction, const Vector3d& normal) {
-  constexpr double least_sine = 0x1p-10;  // ten bits more than the rounding of normals
-  return std::abs(normal.dot(direction)) > least_sine;
-}
-
-// A unit vector perpendicular to an edge: that of a velocity, or a fixed one.
-Vector3d across(const Vector3d& edge, const Vector3d& velocity) {
-  const Vector3d along = edge.normalized();
+// A unit vector perpendicular to an edge.
+Vector3d across(const Vector3d& edge) {
   int axis;
-  along.cwiseAbs().minCoeff(&axis);
-  for (const Vector3d& candidate : {velocity, Vector3d(Vector3d::Unit(axis))}) {
-    const Vector3d part = candidate - candidate.dot(along) * along;
-    if (part.norm() > 0 && tells_side(part.normalized(), candidate.normalized()))
-      return part.normalized();
-  }
-  return Vector3d::Unit(axis);
+  edge.cwiseAbs().minCoeff(&axis);
+  return edge.cross(Vector3d(Vector3d::Unit(axis))).normalized();
 }
 
 // Sets of pairs that are of the same two bodies and share vertices.
@@ -108,50 +101,27 @@ OrientedSurface::Normal TouchingSides::surface_at(const TouchingPair& pair, bool
   return at.size() == 2 ? surface.of_edge(at[0], at[1]) : surface.of_vertex(at[0]);
 }
 
-Vector3d TouchingSides::perpendicular(const TouchingPair& pair, const Motion& motion) {
-  const auto x = [&](std::size_t i) { return motion.start_of(pair.contact.vertices[i]); };
-  const bool is_vertex_face = pair.contact.kind == ContactKind::vertex_face;
-  const Vector3d e1 = is_vertex_face ? x(2) - x(1) : x(1) - x(0);
-  const Vector3d e2 = is_vertex_face ? x(3) - x(1) : x(3) - x(2);
-  const double lengths = e1.norm() * e2.norm();
-  const Vector3d across = lengths > 0 ? e1.cross(e2) / lengths : Vector3d::Zero();
-  return tells_side(across.normalized(), across) ? across.normalized() : Vector3d::Zero();
-}
-
 // Two solids that are both outside of each other have opposite normals. Where they agree, one is
 // inside of the other, and their sides are those of sheets.
-Vector3d TouchingSides::normal_of_solid(const TouchingPair& pair, const Normal& of_a,
-                                        const Normal& of_b) const {
+Vector3d TouchingSides::normal_of_solid(const Normal& of_a, const Normal& of_b) {
   Vector3d outward = Vector3d::Zero();
   if (of_a.is_of_solid && of_b.is_of_solid && of_a.direction.dot(of_b.direction) > 0)
     return outward;
   if (of_b.is_of_solid) outward += of_b.direction;
   if (of_a.is_of_solid) outward -= of_a.direction;
-  if (outward.isZero()) return outward;
-  outward = outward.normalized();
-  const bool is_at_face = std::all_of(pair.weights.begin(), pair.weights.end(),
-                                      [](double weight) { return weight != 0; });
-  const Vector3d normal = is_at_face ? perpendicular(pair, motion_) : Vector3d::Zero();
-  return !normal.isZero() && tells_side(outward, normal) ? turned_to(outward, normal) : outward;
+  return outward.isZero() ? outward : outward.normalized();
 }
 
-TouchingSides::SheetPair TouchingSides::sheet_pair(std::size_t index, const TouchingPair& pair,
-                                                   const Normal& of_a, const Normal& of_b) const {
+Vector3d TouchingSides::reference_of(const TouchingPair& pair, const Normal& of_a,
+                                     const Normal& of_b, double bound) const {
   const bool a_is_first = pair.contact.body_a < pair.contact.body_b;
   const Vector3d of_first = a_is_first ? of_a.direction : of_b.direction;
   const Vector3d of_second = a_is_first ? of_b.direction : of_a.direction;
-  const Vector3d normal = perpendicular(pair, motion_);
-  Vector3d reference = !of_second.isZero() ? of_second : -of_first;
-  if (reference.isZero()) reference = normal;
-  if (reference.isZero()) {  // two ropes along each other
-    const Vector3d velocity = velocity_of(pair, a_is_first, topology_, motion_) -
-                              velocity_of(pair, !a_is_first, topology_, motion_);
-    reference = across(
-        motion_.start_of(pair.contact.vertices[1]) - motion_.start_of(pair.contact.vertices[0]),
-        -velocity);
-  }
-  const bool tells = !normal.isZero() && tells_side(reference, normal);
-  return {index, reference, tells ? turned_to(reference, normal) : reference};
+  if (!of_second.isZero()) return of_second;
+  if (!of_first.isZero()) return -of_first;
+  const auto x = [&](std::size_t i) { return motion_.start_of(pair.contact.vertices[i]); };
+  const Vector3d first = x(1) - x(0), of_crossing = across(first, x(3) - x(2), bound);
+  return of_crossing.isZero() ? across(first) : of_crossing;
 }
 
 const Vector3d& TouchingSides::mean_velocity(std::int32_t body) {
@@ -194,51 +164,52 @@ double TouchingSides::height_of_neighbours(const TouchingPair& pair, bool is_a,
   return count > 0 ? sum / count : 0;
 }
 
-void TouchingSides::add_votes(const TouchingPair& pair, const SheetPair& sheet, double bound,
+void TouchingSides::add_votes(const TouchingPair& pair, const Vector3d& reference, double bound,
                               Votes& votes) {
-  const bool a_is_first = pair.contact.body_a < pair.contact.body_b;
-  const double sign = a_is_first ? 1 : -1;
-  votes.gap += sign * sheet.normal.dot(pair.gap);
-  votes.bound += bound;
-  votes.neighbours += sign * (height_of_neighbours(pair, true, sheet.reference) -
-                              height_of_neighbours(pair, false, sheet.reference));
   const Contact& contact = pair.contact;
-  const Vector3d velocity = velocity_of(pair, true, topology_, motion_) -
-                            velocity_of(pair, false, topology_, motion_) +
-                            mean_velocity(contact.body_a) - mean_velocity(contact.body_b);
-  votes.velocity -= sign * sheet.reference.dot(velocity);
+  const Vector3d up = contact.body_a < contact.body_b ? reference : -reference;
+  votes.gap += up.dot(pair.gap);
+  votes.bound += bound;
+  votes.neighbours += height_of_neighbours(pair, true, up) - height_of_neighbours(pair, false, up);
+  votes.velocity -= up.dot(velocity_of(pair, true, topology_, motion_) -
+                           velocity_of(pair, false, topology_, motion_) +
+                           mean_velocity(contact.body_a) - mean_velocity(contact.body_b));
 }
 
 std::vector<Vector3d> TouchingSides::normals_of(const std::vector<TouchingPair>& pairs,
                                                 const Bound& bound) {
   std::vector<Vector3d> normals(pairs.size(), Vector3d::Zero());
-  std::vector<SheetPair> sheets;
-  std::vector<std::size_t> indices;
+  std::vector<std::size_t> sheets;  // indices of the pairs whose side no solid decides
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const Normal of_a = surface_at(pairs[i], true), of_b = surface_at(pairs[i], false);
-    normals[i] = normal_of_solid(pairs[i], of_a, of_b);
+    normals[i] = normal_of_solid(of_a, of_b);
     if (!normals[i].isZero()) continue;
-    sheets.push_back(sheet_pair(i, pairs[i], of_a, of_b));
-    indices.push_back(i);
+    normals[i] = reference_of(pairs[i], of_a, of_b, bound(pairs[i], Vector3d::Ones()));
+    sheets.push_back(i);
   }
-  DisjointSets patches = find_patches(pairs, indices);
+  DisjointSets patches = find_patches(pairs, sheets);
+  const auto patch_of = [&patches](std::size_t i) {
+    return static_cast<std::size_t>(patches.find(static_cast<std::int32_t>(i)));
+  };
   std::vector<Votes> votes(sheets.size());  // by patch
-  for (std::size_t i = 0; i < sheets.size(); ++i)
-    add_votes(pairs[sheets[i].index], sheets[i], bound(pairs[sheets[i].index], sheets[i].normal),
-              votes[static_cast<std::size_t>(patches.find(static_cast<std::int32_t>(i)))]);
   for (std::size_t i = 0; i < sheets.size(); ++i) {
-    const Votes& of_patch =
-        votes[static_cast<std::size_t>(patches.find(static_cast<std::int32_t>(i)))];
-    // What was parted before has gaps of a whole bound; rounding alone leaves less than a quarter.
-    const double told = std::abs(of_patch.gap) > of_patch.bound / 4      ? of_patch.gap
-                        : std::abs(of_patch.neighbours) > of_patch.bound ? of_patch.neighbours
-                        : of_patch.velocity != 0                         ? of_patch.velocity
-                                                                         : 1;
-    const Contact& contact = pairs[sheets[i].index].contact;
-    const bool a_is_first = contact.body_a < contact.body_b;
-    normals[sheets[i].index] = ((told > 0) == a_is_first ? 1.0 : -1.0) * sheets[i].normal;
+    const TouchingPair& pair = pairs[sheets[i]];
+    const Vector3d& reference = normals[sheets[i]];
+    add_votes(pair, reference, bound(pair, reference), votes[patch_of(i)]);
+  }
+  for (std::size_t i = 0; i < sheets.size(); ++i) {
+    const Contact& contact = pairs[sheets[i]].contact;
+    if (votes[patch_of(i)].first_is_ahead() != (contact.body_a < contact.body_b))
+      normals[sheets[i]] = -normals[sheets[i]];
   }
   return normals;
+}
+
+// What was parted before has gaps of the whole bound.
+bool TouchingSides::Votes::first_is_ahead() const {
+  if (std::abs(gap) > settings::touching::parted_fraction * bound) return gap > 0;
+  if (std::abs(neighbours) > bound) return neighbours > 0;
+  return velocity >= 0;
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

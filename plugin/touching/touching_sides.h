@@ -29,28 +29,24 @@ class TouchingSides {
  private:
   using Normal = OrientedSurface::Normal;
 
-  /// A pair whose side no solid decides.
-  struct SheetPair {
-    std::size_t index;
-    Vector3d reference;  // unit vector from the body with the larger index to the other
-    Vector3d normal;     // the same, perpendicular to both primitives if they tell
-  };
-  /// What tells the side of a patch: positive, a is where `reference` points to.
+  /// What tells the side of a patch of pairs that no solid decides. Positive: the body with the
+  /// smaller index is where the references of its pairs point to.
   struct Votes {
     double gap = 0, bound = 0, neighbours = 0;  // metres
     double velocity = 0;                        // m/s
+    bool first_is_ahead() const;
   };
 
   const OrientedSurface& surface_of(std::int32_t body);
   /// The surface of one side of a pair at its closest point.
   Normal surface_at(const TouchingPair& pair, bool is_a);
-  /// The direction that is perpendicular to both primitives; zero if there are several.
-  static Vector3d perpendicular(const TouchingPair& pair, const Motion& motion);
   /// The normal of a pair that a solid decides; zero if none does.
-  Vector3d normal_of_solid(const TouchingPair& pair, const Normal& of_a, const Normal& of_b) const;
-  SheetPair sheet_pair(std::size_t index, const TouchingPair& pair, const Normal& of_a,
-                       const Normal& of_b) const;
-  void add_votes(const TouchingPair& pair, const SheetPair& sheet, double bound, Votes& votes);
+  static Vector3d normal_of_solid(const Normal& of_a, const Normal& of_b);
+  /// Unit vector across the surfaces, with the same side for all pairs of a patch. `bound`: of the
+  /// rounding of positions, metres.
+  Vector3d reference_of(const TouchingPair& pair, const Normal& of_a, const Normal& of_b,
+                        double bound) const;
+  void add_votes(const TouchingPair& pair, const Vector3d& reference, double bound, Votes& votes);
   /// Mean height of what surrounds one side of a pair above its closest point, metres.
   double height_of_neighbours(const TouchingPair& pair, bool is_a, const Vector3d& up);
   const std::vector<std::int32_t>& neighbours_of(std::int32_t vertex);

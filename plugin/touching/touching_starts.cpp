@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "motion/rounding.h"
+#include "settings.h"
 #include "touching/touching_sides.h"
 
 namespace lazyccd::bullet {
@@ -31,24 +32,21 @@ double bound_of(const TouchingPair& pair, const Vector3d& normal,
   for (const std::int32_t v : pair.contact.vertices)
     if (motion.is_soft(v) && std::isfinite(motion.shortest_edge[v]))
       edge = std::max(edge, motion.shortest_edge[v]);
-  return std::max(rounding_of(Vector3d(edge, 0, 0)), rounding_along(normal, extent));
+  return std::max(rounding_of(edge), rounding_along(normal, extent));
 }
 
-// Moves the free vertices of a pair apart along `normal`, until its gap is `distance`.
+// Moves the free vertices of a pair along `normal` by what its gap lacks to `distance`.
 void part_pair(const TouchingPair& pair, const Vector3d& normal, double distance,
                const Motion& motion, std::vector<Vector3d>& x, std::vector<char>& is_moved) {
-  double gap = 0, share = 0;
-  for (std::size_t i = 0; i < 4; ++i) {
-    const std::int32_t v = pair.contact.vertices[i];
-    gap += pair.weights[i] * normal.dot(x[v]);
-    if (motion.is_free(v)) share += std::abs(pair.weights[i]);
-  }
-  if (gap >= distance / 2 || !(share > 0)) return;
-  const double move = std::min((distance - gap) / share, 2 * (distance - gap));
+  double gap = 0;
+  for (std::size_t i = 0; i < 4; ++i)
+    gap += pair.weights[i] * normal.dot(x[pair.contact.vertices[i]]);
+  if (gap >= settings::touching::parted_fraction * distance) return;
+  const Vector3d move = (distance - gap) * normal;
   for (std::size_t i = 0; i < 4; ++i) {
     const std::int32_t v = pair.contact.vertices[i];
     if (!motion.is_free(v) || pair.weights[i] == 0) continue;
-    x[v] += (pair.weights[i] > 0 ? move : -move) * normal;
+    x[v] += pair.weights[i] > 0 ? move : -move;
     is_moved[v] = 1;
   }
 }
@@ -71,15 +69,14 @@ bool TouchingStarts::has_moved(std::int32_t vertex) const {
 
 void TouchingStarts::part(const StepTopology& topology, Span<const Edge> edges,
                           const TouchingQuery& query, Motion& motion) {
-  constexpr int max_passes = 8;  // pairs of one vertex may ask for different directions
   const std::vector<Vector3d> extents = find_extents(topology, motion);
   std::vector<double> rounding(motion.size());
   std::vector<Vector3d> x(motion.size());
   for (std::size_t v = 0; v < x.size(); ++v) {
-    rounding[v] = rounding_of(extents[v]);
+    rounding[v] = rounding_of(extents[v].sum());
     x[v] = motion.start_of(static_cast<std::int32_t>(v));
   }
-  for (int pass = 0; pass < max_passes; ++pass) {
+  for (int pass = 0; pass < settings::touching::max_passes; ++pass) {
     const std::vector<TouchingPair> pairs =
         find_touching_pairs(topology.topology(), edges, x, rounding, motion.soft_count(), query);
     if (pairs.empty()) return;

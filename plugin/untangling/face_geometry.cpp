@@ -15,7 +15,7 @@ bool is_below(const Side& side, const Vector3d& x, const Vector3d& origin) {
 }
 
 double rounding_at(const Vector3d& x) {
-  return 16 * static_cast<double>(SIMD_EPSILON) * std::max(1.0, x.cwiseAbs().maxCoeff());
+  return rounding_of(std::max(1.0, x.cwiseAbs().maxCoeff()));
 }
 
 bool FaceGeometry::is_degenerate(std::int32_t index) const {

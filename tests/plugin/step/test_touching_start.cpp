@@ -67,6 +67,14 @@ std::int64_t intersections_of(const PenetrationCheck::SoftBodies& bodies) {
   return check.intersections().sum();
 }
 
+std::unique_ptr<scenes::PhysicsWorld> weightless_world(World world) {
+  scenes::WorldOptions options;
+  options.world = world;
+  options.margin = 0.02;
+  options.dt = step_of(world);
+  return scenes::PhysicsWorld::make(options);
+}
+
 double fastest_of(const btSoftBody& body) {
   double fastest = 0;
   for (int k = 0; k < body.m_nodes.size(); ++k)
@@ -120,11 +128,7 @@ TEST_CASE("soft cubes whose faces coincide part, and nothing sticks") {
   const World world = GENERATE(World::rigid, World::deformable);
   const int cells = GENERATE(1, 3);
   CAPTURE(world == World::rigid, cells);
-  scenes::WorldOptions options;
-  options.world = world;
-  options.margin = 0.02;
-  options.dt = step_of(world);
-  const auto w = scenes::PhysicsWorld::make(options);
+  const auto w = weightless_world(world);
   w->add(cube(w->info(), 0, cells));
   w->add(cube(w->info(), 1, 2));
   for (int i = 0; i < 60; ++i) {
@@ -138,11 +142,7 @@ TEST_CASE("cloths at the same place part to one side each") {
   const World world = GENERATE(World::rigid, World::deformable);
   const int nodes = GENERATE(2, 13);
   CAPTURE(world == World::rigid, nodes);
-  scenes::WorldOptions options;
-  options.world = world;
-  options.margin = 0.02;
-  options.dt = step_of(world);
-  const auto w = scenes::PhysicsWorld::make(options);
+  const auto w = weightless_world(world);
   w->add(level_cloth(w->info(), nodes, 0));
   w->add(level_cloth(w->info(), nodes, 0));
   for (int i = 0; i < 60; ++i) w->step();
