@@ -260,7 +260,7 @@ inline constexpr int slow_sweep_factor = 4;
 inline constexpr int split_sweep_divisor = 5;
 /// Divisor of the number of sweeps in rounds in turn with links. Each round goes on from the last.
 inline constexpr int round_sweep_divisor = 10;
-/// Of the gap that a loaded contact keeps: split impulses stop there, so that the tolerance of the
+/// Of a gap that is to be kept, not widened: split impulses stop there, so that the tolerance of the
 /// velocity solve does not trigger them.
 inline constexpr double split_gap_fraction = 0.999;
 /// Sweeps from one full sweep to the next. Most rows never act, so the sweeps in between visit only

@@ -53,9 +53,8 @@ RowEstimate ContactSolver::estimate(const ContactRow& row) const {
   const bool is_pressed =
       std::binary_search(pressed_.begin(), pressed_.end(), ordered_bodies(row.contact));
   double gap = row.corrected_gap;
-  if (is_pressed)
-    gap = std::max(row.target_gap, settings::solver::split_gap_fraction *
-                                       std::min(row.corrected_gap, row.loaded_gap));
+  if (is_pressed) gap = std::max(row.target_gap, std::min(gap, row.loaded_gap));
+  if (is_pressed || !(gap > row.target_gap)) gap *= settings::solver::split_gap_fraction;
   estimate.need = gap - row.start_gap - row.normal.dot(move);
   return estimate;
 }
