@@ -46,7 +46,7 @@ struct SolverOptions {
   /// Position correction (Baumgarte), per second. A contact whose gap is below half the thickness
   /// restores this share of what is missing in a second. This moves nodes without changing their
   /// velocities (split impulses). 0: no correction.
-  double position_correction = 1;
+  double position_correction = 2;
 
   /// Coefficient of restitution, from 0 (bodies stay together) to 1. Applies to contacts that meet
   /// at `restitution_threshold` or faster.
