@@ -20,6 +20,12 @@ namespace displacement {
 /// m/s. A body with a node faster than light has exploded. Rounding leaves nothing of its surface,
 /// and its swept volume would keep exact arithmetic busy for minutes.
 inline constexpr double max_node_speed = 299792458;
+/// Metres. A body has exploded too if a node moves so far in a step: half of what Bullet allows
+/// forces to do (btSoftBodyWorldInfo::m_maxDisplacement, by default).
+inline constexpr double max_node_displacement = 500;
+/// Of the thickness. A body has exploded too if a node moves so far in a step that the spacing of
+/// scalars of that size is larger than this part.
+inline constexpr double resolved_part = 0.1;
 /// Metres. Points of a rigid body farther from its centre do not count. Planes and terrains have no
 /// end, so the smallest turn would move a point of them by any distance.
 inline constexpr double max_radius = 100;
@@ -117,14 +123,25 @@ inline constexpr std::int32_t inside_samples = 64;
 
 }  // namespace shapes
 
+/// The regions in which obstacles are read. These change only the cost.
+namespace regions {
+
+/// Of what is needed: a region that is larger along an axis is read anew, smaller.
+inline constexpr int largest_excess = 4;
+/// In sums of the diagonals of two groups of soft bodies: if the diagonal of both together is
+/// longer, they lie far apart and have a region each.
+inline constexpr int group_distance = 8;
+
+}  // namespace regions
+
 /// Which pairs are near, and which of them get a constraint.
 namespace detection {
 
 /// Pairs are near if their distance is at most this multiple of their thickness. Resting contacts
 /// lie at one thickness; with a factor of 1 they would be near in one step and not in the next.
 inline constexpr double distance_factor = 1.1;
-/// In median edges: pairs farther apart are not found. The number of near pairs grows with the
-/// square of this distance.
+/// In median edges of a body: its pairs farther apart are not found. The number of near pairs grows
+/// with the square of this distance.
 inline constexpr double max_median_edges = 2;
 /// Of the thickness. A pair that starts nearer touches: it has no normal yet, and gets no
 /// constraint.
@@ -260,8 +277,8 @@ inline constexpr int slow_sweep_factor = 4;
 inline constexpr int split_sweep_divisor = 5;
 /// Divisor of the number of sweeps in rounds in turn with links. Each round goes on from the last.
 inline constexpr int round_sweep_divisor = 10;
-/// Of a gap that is to be kept, not widened: split impulses stop there, so that the tolerance of the
-/// velocity solve does not trigger them.
+/// Of a gap that is to be kept, not widened: split impulses stop there, so that the tolerance of
+/// the velocity solve does not trigger them.
 inline constexpr double split_gap_fraction = 0.999;
 /// Sweeps from one full sweep to the next. Most rows never act, so the sweeps in between visit only
 /// batches that carry an impulse. The interval doubles if a full sweep activated no new batch, up

@@ -1,6 +1,6 @@
 #include "bodies/deformable_motion.h"
 
-#include "scene/soft_body_nodes.h"
+#include "util/soft_body_nodes.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

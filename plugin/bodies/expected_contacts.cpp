@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "scene/soft_body_nodes.h"
 #include "settings.h"
+#include "util/soft_body_nodes.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

@@ -1,5 +1,7 @@
 #include "bodies/momentum_equation.h"
 
+#include <algorithm>
+#include <cmath>
 #include <typeinfo>
 
 #include "bodies/ordered_sum.h"
@@ -23,7 +25,8 @@ btVector3 inverse_or_zero(const btVector3& v) {
 
 bool MomentumEquation::solve(btDeformableBackwardEulerObjective& objective, btScalar dt,
                              int max_iterations, btScalar tolerance, const SideBySide& bodies,
-                             ExpectedContacts& contacts, VectorStack& residual, VectorStack& dv) {
+                             const std::vector<int>& lost, ExpectedContacts& contacts,
+                             VectorStack& residual, VectorStack& dv) {
   objective_ = &objective;
   side_by_side_ = &bodies;
   nodes_ = dv.size();
@@ -41,17 +44,40 @@ bool MomentumEquation::solve(btDeformableBackwardEulerObjective& objective, btSc
   const auto multiply_all = [&](const VectorStack& x, VectorStack& b) {
     multiply(all_, x, b, bodies.parallel_for());
   };
+  find_apart(lost);
   const bool is_any_expected = !terms_.empty() &&
                                contacts.select(objective.m_softBodies, inverse_mass_, dt) &&
                                contacts.find_penalties(multiply_all, solution_.size());
   if (is_any_expected) {
     solve_with(contacts, max_iterations, tolerance);
+  } else if (is_divisible_ && !apart_.empty()) {
+    for (const EquationIsland& island : find_equation_islands(objective, nodes_, apart_)) {
+      if (!is_finite(island)) continue;
+      const auto multiply_island = [&](const VectorStack& x, VectorStack& b) {
+        multiply(island, x, b, bodies.parallel_for());
+      };
+      conjugate_residual_.solve(island.unknowns, multiply_island, preconditioner_, right_hand_side_,
+                                solution_, max_iterations, tolerance, bodies.parallel_for());
+    }
   } else {
     conjugate_residual_.solve(all_.unknowns, multiply_all, preconditioner_, right_hand_side_,
                               solution_, max_iterations, tolerance, bodies.parallel_for());
   }
   for (int i = 0; i < nodes_; ++i) dv[i] = solution_[i];
   return true;
+}
+
+void MomentumEquation::find_apart(const std::vector<int>& lost) {
+  apart_.clear();
+  for (const int body : lost) apart_.push_back({body, body});
+  for (std::size_t body = 0; body < is_finite_.size(); ++body)
+    if (!is_finite_[body]) apart_.push_back({static_cast<int>(body), static_cast<int>(body)});
+}
+
+bool MomentumEquation::is_finite(const EquationIsland& island) const {
+  return !is_divisible_ ||
+         std::all_of(island.bodies.begin(), island.bodies.end(),
+                     [this](int body) { return is_finite_[static_cast<std::size_t>(body)] != 0; });
 }
 
 void MomentumEquation::solve_with(ExpectedContacts& contacts, int max_iterations,
@@ -67,6 +93,7 @@ void MomentumEquation::solve_with(ExpectedContacts& contacts, int max_iterations
   std::vector<std::size_t> small;
   std::size_t small_nodes = 0;
   for (std::size_t i = 0; i < islands.size(); ++i) {
+    if (!is_finite(islands[i])) continue;
     if (islands.size() == 1 || islands[i].node_count >= min_parallel_nodes) {
       solve_island(islands[i], i, contacts, max_iterations, tolerance, on_all, &penalties_);
     } else {
@@ -110,7 +137,9 @@ void MomentumEquation::solve_island(const EquationIsland& island, std::size_t in
 
 std::vector<EquationIsland> MomentumEquation::find_islands(const ExpectedContacts& contacts) const {
   if (!is_divisible_) return {all_};
-  return find_equation_islands(*objective_, nodes_, contacts.body_pairs());
+  std::vector<std::array<int, 2>> pairs = contacts.body_pairs();
+  pairs.insert(pairs.end(), apart_.begin(), apart_.end());
+  return find_equation_islands(*objective_, nodes_, pairs);
 }
 
 bool MomentumEquation::read(btDeformableBackwardEulerObjective& objective) {
@@ -127,16 +156,20 @@ bool MomentumEquation::read(btDeformableBackwardEulerObjective& objective) {
   mass_.resize(count);
   inverse_mass_.resize(count);
   velocity_.resize(nodes_);
+  is_finite_.assign(static_cast<std::size_t>(bodies.size()), 1);
   side_by_side_->for_each([&](int b) {
     const btSoftBody& body = *bodies[b];
     const int first = first_node[static_cast<std::size_t>(b)];
+    btVector3 sum(0, 0, 0);
     for (int i = 0; i < body.m_nodes.size(); ++i) {
       const btSoftBody::Node& node = body.m_nodes[i];
       const auto index = static_cast<std::size_t>(first + i);
       inverse_mass_[index] = node.m_im;
       mass_[index] = node.m_im == 0 ? btScalar(0) : btScalar(1) / node.m_im;
       velocity_[first + i] = node.m_v;
+      sum += node.m_v + node.m_x;
     }
+    is_finite_[static_cast<std::size_t>(b)] = std::isfinite(sum.x() + sum.y() + sum.z());
   });
   terms_.clear();
   const btAlignedObjectArray<btDeformableLagrangianForce*>& forces = objective.m_lf;

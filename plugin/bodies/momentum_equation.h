@@ -9,6 +9,7 @@
 
 #include <BulletSoftBody/btDeformableBackwardEulerObjective.h>
 
+#include <array>
 #include <vector>
 
 #include "bodies/body_forces.h"
@@ -26,10 +27,12 @@ class MomentumEquation {
  public:
   /// Changes `dv`, the velocity changes of all nodes, to the solution. `residual` is zero before,
   /// and then the right hand side. Returns false if it did nothing, because a part of the
-  /// objective is not Bullet's own class. `dt`: the time step, seconds.
+  /// objective is not Bullet's own class. `dt`: the time step, seconds. `lost`: bodies, by index in
+  /// the objective, that are solved apart, so that they do not decide when all others have
+  /// converged. Bodies that are not finite are not solved.
   bool solve(btDeformableBackwardEulerObjective& objective, btScalar dt, int max_iterations,
-             btScalar tolerance, const SideBySide& bodies, ExpectedContacts& contacts,
-             VectorStack& residual, VectorStack& dv);
+             btScalar tolerance, const SideBySide& bodies, const std::vector<int>& lost,
+             ExpectedContacts& contacts, VectorStack& residual, VectorStack& dv);
 
  private:
   // A force that damps. One of springs is a matrix; others add their part body by body, or all at
@@ -43,6 +46,8 @@ class MomentumEquation {
   bool read(btDeformableBackwardEulerObjective& objective);
   void add_right_hand_side(btScalar dt, VectorStack& residual) const;
   void find_preconditioner();
+  void find_apart(const std::vector<int>& lost);
+  bool is_finite(const EquationIsland& island) const;
   void solve_with(ExpectedContacts& contacts, int max_iterations, btScalar tolerance);
   // Solves for an island. `index`: its number in `contacts`. `penalties`: memory for them, if
   // several threads work on the island; null: one thread does.
@@ -66,7 +71,9 @@ class MomentumEquation {
   std::vector<Term> terms_;
   BodyForces body_forces_;
   bool has_body_forces_ = false;
-  bool is_divisible_ = false;  // the forces act on one body each
+  bool is_divisible_ = false;              // the forces act on one body each
+  std::vector<char> is_finite_;            // of each body: positions and velocities
+  std::vector<std::array<int, 2>> apart_;  // bodies solved apart, each as a pair with itself
 
   SpringProbe probe_;
   std::vector<SpringDamping> springs_;

@@ -4,7 +4,7 @@
 #include <atomic>
 #include <numeric>
 
-#include "scene/soft_body_nodes.h"
+#include "util/soft_body_nodes.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

@@ -75,6 +75,40 @@ Coordinates coordinates_of(const Motion& motion, std::size_t body) {
 
 }  // namespace
 
+void ContactCache::renumber(const ContactRenumbering& numbers, std::size_t coordinate_count) {
+  if (start_.empty()) return;
+  std::vector<btScalar> start(coordinate_count), end(coordinate_count);
+  // A body whose distance is not known does not stay.
+  std::vector<double> near_distances(numbers.new_count(), -1), drifts(numbers.new_count(), 0);
+  std::vector<char> stays(numbers.new_count(), 0);
+  for (std::size_t old = 0; old < stays_.size(); ++old) {
+    const std::int32_t body = numbers[static_cast<std::int32_t>(old)];
+    if (body < 0) continue;
+    const IndexRange from = numbers.old_primitives(static_cast<std::int32_t>(old)).vertices;
+    const std::int32_t to = numbers.new_primitives(body).vertices.first;
+    const auto copy = [&](const std::vector<btScalar>& before, std::vector<btScalar>& now) {
+      std::copy(before.begin() + 3 * static_cast<std::ptrdiff_t>(from.first),
+                before.begin() + 3 * static_cast<std::ptrdiff_t>(from.last),
+                now.begin() + 3 * static_cast<std::ptrdiff_t>(to));
+    };
+    copy(start_, start);
+    copy(end_, end);
+    near_distances[static_cast<std::size_t>(body)] = near_distances_[old];
+    drifts[static_cast<std::size_t>(body)] = drifts_[old];
+    stays[static_cast<std::size_t>(body)] = stays_[old];
+  }
+  start_.swap(start);
+  end_.swap(end);
+  near_distances_.swap(near_distances);
+  drifts_.swap(drifts);
+  stays_.swap(stays);
+  contacts_.erase(
+      std::remove_if(contacts_.begin(), contacts_.end(),
+                     [&numbers](Contact& contact) { return !numbers.renumber(contact); }),
+      contacts_.end());
+  LAZYCCD_ASSERT(are_sorted(contacts_), "renumbering keeps the order of contacts");
+}
+
 bool ContactCache::begin(const Motion& motion, Span<const double> found_distances) {
   const std::size_t bodies = found_distances.size();
   LAZYCCD_ASSERT(bodies < motion.first_vertex.size(),

@@ -3,9 +3,9 @@
 // At rest a detection finds the same pairs in each step. So the contacts of two bodies are kept
 // while both stay in place. A body stays while all of its vertices start and end a step nearly
 // where they did when it last moved. The constraints follow the present positions; only normals and
-// places on the surfaces stay. What happens to bodies that are not near makes no difference, as
-// long as the indices stay. Other engines keep contacts in the same way: Bullet in its persistent
-// manifolds, Jolt in its body pair cache.
+// places on the surfaces stay. What happens to bodies that are not near makes no difference. Other
+// engines keep contacts in the same way: Bullet in its persistent manifolds, Jolt in its body pair
+// cache.
 //
 // Nothing is lost. Pairs within 1.1 times the thickness are found, and what stays in place comes
 // nearer by less than the rest. Kept pairs do not touch as long as their vertices have moved
@@ -16,6 +16,7 @@
 
 #include <vector>
 
+#include "contact/contact_renumbering.h"
 #include "lazyccd/bullet/precision.h"
 #include "lazyccd/contact.h"
 #include "lazyccd/span.h"
@@ -26,8 +27,10 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 class ContactCache {
  public:
-  /// Call when indices or pair rules change.
   void forget() { start_.clear(); }
+  /// Call when indices or pair rules change: keeps what is about bodies that did not change.
+  /// `coordinate_count`: of all vertices of the new scene.
+  void renumber(const ContactRenumbering& numbers, std::size_t coordinate_count);
   /// Begins a motion: finds the bodies that stay in place. `found_distances`: by body, the distance
   /// within which all of its pairs with a constraint are found, metres. Returns true if all stay:
   /// contacts() then hold.

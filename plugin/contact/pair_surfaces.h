@@ -92,9 +92,14 @@ class PairSurfaces {
     }
   }
 
-  /// Sets the upper bound of every thickness, metres: what contacts are looked for within. A gap
-  /// that a contact is to keep but that is not seen would be corrected and lost in turn.
-  void limit_thickness(double limit) { thickness_limit_ = limit; }
+  /// Sets the upper bounds of the thickness of each body's pairs, metres: what contacts are looked
+  /// for within. A gap that a contact is to keep but that is not seen would be corrected and lost
+  /// in turn. The bounds stay until the next call.
+  void limit_thickness(std::vector<double> limits) {
+    limits_ = std::move(limits);
+    least_limit_ = std::numeric_limits<double>::infinity();
+    for (const double limit : limits_) least_limit_ = std::min(least_limit_, limit);
+  }
 
   /// Sets the pairs of bodies that are being moved apart in this step. They have no friction.
   /// Smaller index first, sorted.
@@ -106,7 +111,8 @@ class PairSurfaces {
   /// Lower bound of the thickness of any pair of this body, metres; needs update() first.
   double least_thickness_of(std::int32_t body) const {
     const BodySurface& own = bodies_[body];
-    return bounded(own.margin + (own.is_soft ? least_margin_ : least_soft_margin_), own.resolution);
+    return bounded(own.margin + (own.is_soft ? least_margin_ : least_soft_margin_), least_limit_,
+                   own.resolution);
   }
 
   /// Surface of the pair; needs update() first. Friction is 0 if SolverOptions::friction is off.
@@ -115,7 +121,8 @@ class PairSurfaces {
     const BodySurface &a = bodies_[body_a], &b = bodies_[body_b];
     PairSurface surface;
     surface.resolution = std::max(a.resolution, b.resolution);
-    surface.thickness = bounded(a.margin + b.margin, surface.resolution);
+    surface.thickness = bounded(a.margin + b.margin, std::min(limit_of(body_a), limit_of(body_b)),
+                                surface.resolution);
     // Between a soft and a rigid body Bullet multiplies in both worlds. Between two soft bodies it
     // takes the larger one (CollideVF_SS) or the product (CollideVF_DD).
     const bool soft_soft = a.is_soft && b.is_soft;
@@ -140,9 +147,12 @@ class PairSurfaces {
   bool is_body(std::int32_t i) const {
     return i >= 0 && i < static_cast<std::int32_t>(bodies_.size());
   }
-  double bounded(double sum_of_margins, double resolution) const {
+  double limit_of(std::int32_t body) const {
+    return limits_.empty() ? std::numeric_limits<double>::infinity() : limits_[body];
+  }
+  double bounded(double sum_of_margins, double limit, double resolution) const {
     const double wanted = thickness_ >= 0 ? thickness_ : sum_of_margins;
-    return std::max(resolution, std::min(wanted, thickness_limit_));
+    return std::max(resolution, std::min(wanted, limit));
   }
   bool is_moved_apart(std::int32_t a, std::int32_t b) const {
     return std::binary_search(moved_apart_.begin(), moved_apart_.end(),
@@ -156,7 +166,8 @@ class PairSurfaces {
   std::vector<BodySurface> bodies_;
   std::vector<BodyPair> moved_apart_;
   double least_margin_ = 0, least_soft_margin_ = 0;  // of all bodies, of soft ones; metres
-  double thickness_limit_ = std::numeric_limits<double>::infinity();
+  std::vector<double> limits_;                       // by body, or empty: none; metres
+  double least_limit_ = std::numeric_limits<double>::infinity();
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

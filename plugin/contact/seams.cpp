@@ -4,8 +4,8 @@
 #include <array>
 #include <numeric>
 
-#include "scene/soft_body_nodes.h"
 #include "util/disjoint_sets.h"
+#include "util/soft_body_nodes.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "contact/contact_checks.h"
 #include "lazyccd/debug/assert.h"
@@ -118,9 +119,26 @@ void NearContactSelector::evaluate_range(Span<const Contact> found, std::size_t 
   if (any_responds) any_responds_.store(true, std::memory_order_relaxed);
 }
 
+void NearContactSelector::renumber(const ContactRenumbering& numbers) {
+  std::vector<PairKey> kept;
+  for (const PairKey& key : selected_) {
+    Contact contact = {};
+    contact.body_a = static_cast<std::int32_t>(key[0] >> 32);
+    contact.body_b = static_cast<std::int32_t>(key[0]);
+    contact.kind = static_cast<ContactKind>(key[1] >> 32);
+    contact.primitive_a = static_cast<std::int32_t>(key[1]);
+    contact.primitive_b = static_cast<std::int32_t>(key[2]);
+    if (numbers.renumber(contact)) kept.push_back(pair_key_of(contact));
+  }
+  selected_.swap(kept);
+}
+
 void NearContactSelector::remember(const std::vector<LastImpulses::Pair>& pairs) {
-  selected_.clear();
-  for (const LastImpulses::Pair& pair : pairs) selected_.push_back(pair_key_of(pair.contact));
+  std::vector<PairKey> keys, both;
+  for (const LastImpulses::Pair& pair : pairs) keys.push_back(pair_key_of(pair.contact));
+  std::set_union(selected_.begin(), selected_.end(), keys.begin(), keys.end(),
+                 std::back_inserter(both));
+  selected_.swap(both);
 }
 
 NearContacts NearContactSelector::select(Span<const Contact> found, const ContactFilter& filter,

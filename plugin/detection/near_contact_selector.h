@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "contact/contact_filter.h"
+#include "contact/contact_renumbering.h"
 #include "contact/last_impulses.h"
 #include "contact/near_contacts.h"
 #include "contact/pair_surfaces.h"
@@ -48,9 +49,12 @@ class NearContactSelector {
   /// Evaluates all pairs and deselects none.
   NearContacts evaluate_all(Span<const Contact> found, const Motion& motion);
 
-  /// Call when the indices of bodies, vertices or faces change.
+  /// Call when nothing was near.
   void forget() { selected_.clear(); }
-  /// After forget(): these pairs count as selected in the last step. They are sorted.
+  /// Call when the indices of bodies, vertices or faces change: keeps the pairs of bodies that did
+  /// not change.
+  void renumber(const ContactRenumbering& numbers);
+  /// These pairs, which are sorted, count as selected in the last step too.
   void remember(const std::vector<LastImpulses::Pair>& pairs);
 
   /// Identifies a contact. Keys have the same order as contacts.

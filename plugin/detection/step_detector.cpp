@@ -6,6 +6,7 @@
 #include "contact/contact_checks.h"
 #include "lazyccd/debug/assert.h"
 #include "lazyccd/debug/stopwatch.h"
+#include "scene/collision_filters.h"
 #include "settings.h"
 #include "util/profile.h"
 
@@ -29,37 +30,56 @@ StepDetector::StepDetector(const DetectorOptions& options, const Threads& thread
   options_.reduce_contacts = false;
 }
 
-void StepDetector::set_topology(double largest_thickness) {
-  forget_near();
+void StepDetector::set_topology(double largest_thickness, const Renumbering& numbers,
+                                const std::vector<std::int32_t>& changed_bodies) {
+  prediction_.forget();
+  note_seen_end();
   touching_topology_is_current_ = false;
-  measure_edges(topology_.for_detection());
+  std::vector<char> is_changed(topology_.bodies().size(), 0);
+  for (const std::int32_t body : changed_bodies) is_changed[static_cast<std::size_t>(body)] = 1;
+  measure_edges(topology_.for_detection(), numbers, is_changed);
   const double separation = separation_for(largest_thickness);
-  if (separation_ != separation) near_detector_.reset();
+  if (separation_ != separation) {
+    near_detector_.reset();
+    cache_.forget();
+  }
   separation_ = separation;
   if (!(separation > 0)) {
     near_detector_.reset();
+    forget_near();
     simple_contacts_.clear();
     others_may_meet_ = true;
+    primitives_ = {};
     touching_detector();
     return;
   }
-  simple_contacts_.set_topology();
+  std::vector<std::int32_t> new_index = numbers.bodies;
+  for (std::int32_t& body : new_index)
+    if (body >= 0 && is_changed[static_cast<std::size_t>(body)]) body = -1;
+  simple_contacts_.set_topology(new_index);
   if (!near_detector_) {
     DetectorOptions options = options_;
     options.separation = separation;
     options.reduce_contacts = true;
     near_detector_ = std::make_unique<Detector>(options, threads_);
   }
+  const PrimitiveIndices last = std::move(primitives_);
+  const std::vector<Body> last_filters = std::move(filters_);
+  const std::vector<BodyPair> last_disabled = std::move(disabled_pairs_);
   set_near_topology();
+  mark_other_rules(numbers, last_filters, last_disabled, is_changed);
+  const ContactRenumbering kept(last, primitives_, numbers, is_changed);
+  cache_.renumber(kept, motion_.start.size());
+  selector_.renumber(kept);
 }
 
 void StepDetector::set_near_topology() {
-  cache_.forget();
   Topology topology = topology_.for_detection();
   topology.self_separation = self_separation_;
-  std::vector<Body> filters(topology.bodies.begin(), topology.bodies.end());
-  simple_contacts_.leave_out(filters);
-  topology.bodies = filters;
+  filters_.assign(topology.bodies.begin(), topology.bodies.end());
+  simple_contacts_.leave_out(filters_);
+  topology.bodies = filters_;
+  disabled_pairs_.assign(topology.disabled_pairs.begin(), topology.disabled_pairs.end());
   others_may_meet_ = find_others_may_meet(topology.bodies);
   near_detector_->set_topology(topology);
   find_self_distances(topology.bodies);
@@ -67,6 +87,43 @@ void StepDetector::set_near_topology() {
   if (!internal_edges_.edges_left_out().empty())
     near_detector_->leave_out(internal_edges_.edges_left_out(),
                               internal_edges_.vertices_left_out());
+  primitives_ = PrimitiveIndices(topology_, near_detector_->edges());
+}
+
+void StepDetector::take_given_up() {
+  cache_.forget();
+  set_near_topology();
+}
+
+void StepDetector::mark_other_rules(const Renumbering& numbers,
+                                    const std::vector<Body>& last_filters,
+                                    const std::vector<BodyPair>& last_disabled,
+                                    std::vector<char>& is_changed) const {
+  std::vector<BodyPair> disabled;  // before, by new index
+  for (const auto [a, b] : last_disabled)
+    disabled.push_back(
+        {numbers.bodies[static_cast<std::size_t>(a)], numbers.bodies[static_cast<std::size_t>(b)]});
+  std::vector<char> is_old(is_changed.size(), 0);
+  for (std::size_t old = 0; old < std::min(last_filters.size(), numbers.bodies.size()); ++old) {
+    const std::int32_t body = numbers.bodies[old];
+    if (body < 0 || static_cast<std::size_t>(body) >= filters_.size()) continue;
+    is_old[static_cast<std::size_t>(body)] = 1;
+    if (!are_equal_filters(last_filters[old], filters_[static_cast<std::size_t>(body)]))
+      is_changed[static_cast<std::size_t>(body)] = 1;
+  }
+  const auto mark_if_not_in = [&](const BodyPair& pair, std::vector<BodyPair> list) {
+    std::sort(list.begin(), list.end());
+    if (std::binary_search(list.begin(), list.end(), pair)) return;
+    for (const std::int32_t body : pair) is_changed[static_cast<std::size_t>(body)] = 1;
+  };
+  const auto both_are_old = [&is_old](const BodyPair& pair) {
+    return pair[0] >= 0 && pair[1] >= 0 && is_old[static_cast<std::size_t>(pair[0])] &&
+           is_old[static_cast<std::size_t>(pair[1])];
+  };
+  for (const BodyPair& pair : disabled)
+    if (both_are_old(pair)) mark_if_not_in(pair, disabled_pairs_);
+  for (const BodyPair& pair : disabled_pairs_)
+    if (both_are_old(pair)) mark_if_not_in(pair, disabled);
 }
 
 bool StepDetector::find_others_may_meet(Span<const Body> filters) const {
@@ -79,16 +136,22 @@ bool StepDetector::find_others_may_meet(Span<const Body> filters) const {
 }
 
 double StepDetector::separation_for(double largest_thickness) const {
+  const auto longest = std::max_element(median_edge_.begin(), median_edge_.end());
   return std::min(settings::detection::distance_factor * largest_thickness,
-                  settings::detection::max_median_edges * median_edge_);
+                  settings::detection::max_median_edges * *longest);
 }
 
-double StepDetector::largest_thickness() const {
-  return near_detector_ ? separation_ / settings::detection::distance_factor
-                        : std::numeric_limits<double>::infinity();
+std::vector<double> StepDetector::thickness_limits() const {
+  std::vector<double> limits(topology_.bodies().size(), std::numeric_limits<double>::infinity());
+  for (std::size_t body = 0; near_detector_ && body < median_edge_.size(); ++body)
+    limits[body] = settings::detection::max_median_edges * median_edge_[body] /
+                   settings::detection::distance_factor;
+  return limits;
 }
 
-void StepDetector::measure_edges(const Topology& topology) {
+void StepDetector::measure_edges(const Topology& topology, const Renumbering& numbers,
+                                 const std::vector<char>& is_changed) {
+  const std::vector<double> last = std::move(motion_.shortest_edge);
   motion_.shortest_edge.assign(motion_.inverse_mass.size(),
                                std::numeric_limits<double>::infinity());
   const auto read_edge = [this](std::int32_t a, std::int32_t b) {
@@ -101,10 +164,20 @@ void StepDetector::measure_edges(const Topology& topology) {
   for (const Face& face : topology.faces) {
     for (int k = 0; k < 3; ++k) read_edge(face[k], face[(k + 1) % 3]);
   }
+  for (std::size_t old = 0; old < std::min(last.size(), numbers.vertices.size()); ++old) {
+    const std::int32_t v = numbers.vertices[old];
+    if (v >= 0 && topology_.is_soft(v) &&
+        !is_changed[static_cast<std::size_t>(topology.body_of_vertex[v])])
+      motion_.shortest_edge[v] = last[old];
+  }
   std::vector<double> lengths = motion_.shortest_edge;
-  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-  std::nth_element(lengths.begin(), middle, lengths.end());
-  median_edge_ = *middle;
+  median_edge_.clear();
+  for (const StepTopology::BodyRecord& body : topology_.bodies()) {
+    if (!body.soft) continue;
+    const auto first = lengths.begin() + body.first_vertex, middle = first + body.vertex_count / 2;
+    std::nth_element(first, middle, first + body.vertex_count);
+    median_edge_.push_back(*middle);
+  }
   self_separation_.assign(topology.vertex_count, std::numeric_limits<float>::infinity());
   for (std::int32_t v = 0; v < motion_.soft_count(); ++v)
     self_separation_[v] = NearContactSelector::self_separation(v, motion_);
@@ -192,7 +265,7 @@ NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
   ++counts_.detections;
   if (!simple_contacts_.find_near(separation_, near_simple_)) {
     prediction_.forget();
-    set_near_topology();
+    take_given_up();
   }
   if (others_may_meet_) {
     near = find_near_with_detector();

@@ -8,6 +8,7 @@
 
 #include "contact/contact_cache.h"
 #include "contact/contact_filter.h"
+#include "contact/contact_renumbering.h"
 #include "contact/pair_surfaces.h"
 #include "detection/motion_prediction.h"
 #include "detection/near_contact_selector.h"
@@ -18,6 +19,7 @@
 #include "obstacles/internal_edges.h"
 #include "obstacles/simple_contacts.h"
 #include "scene/step_topology.h"
+#include "settings.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -30,10 +32,13 @@ class StepDetector {
                const StepTopology& topology, Motion& motion, const PairSurfaces& surfaces,
                double position_correction, bool contact_cache);
 
-  /// Call when indices or pair rules change. `largest_thickness`: the largest thickness of any
-  /// pair, metres. Sets Motion::shortest_edge. Throws lazyccd::Error if the detector refuses the
-  /// topology.
-  void set_topology(double largest_thickness);
+  /// Call when indices or pair rules change. What is known about bodies that did not change is
+  /// kept. `largest_thickness`: the largest thickness of any pair, metres. `numbers`: where bodies
+  /// and vertices of the last topology are now. `changed_bodies`: those that are new, changed or
+  /// placed elsewhere. Sets Motion::shortest_edge. Throws lazyccd::Error if the detector refuses
+  /// the topology.
+  void set_topology(double largest_thickness, const Renumbering& numbers,
+                    const std::vector<std::int32_t>& changed_bodies);
   /// True if a new largest thickness needs another set_topology().
   bool would_change(double largest_thickness) const {
     return separation_for(largest_thickness) != separation_;
@@ -59,8 +64,9 @@ class StepDetector {
     cache_.forget();
     note_seen_end();
   }
-  /// The largest thickness of a pair whose contacts are all found, metres.
-  double largest_thickness() const;
+  /// By body: the largest thickness of its pairs for which contacts are looked for, metres. It is
+  /// a multiple of the body's own edges.
+  std::vector<double> thickness_limits() const;
   double separation() const { return std::max(0.0, separation_); }  // metres
   /// True if the response acts on any pair that the last detect_near() found.
   bool found_any() const { return found_any_; }
@@ -96,6 +102,12 @@ class StepDetector {
   bool only_near_can_touch(const Positions& end) const;
   /// Gives near_detector_ the topology without the pairs of simple_contacts_.
   void set_near_topology();
+  /// The same after simple_contacts_ gave up obstacles. Keeps what is known about all others.
+  void take_given_up();
+  /// Marks bodies that are not those of `numbers`, or collide with others than before.
+  void mark_other_rules(const Renumbering& numbers, const std::vector<Body>& last_filters,
+                        const std::vector<BodyPair>& last_disabled,
+                        std::vector<char>& is_changed) const;
   /// True if near_detector_ leaves out internal edges.
   bool leaves_out_any() const { return !internal_edges_.edges_left_out().empty(); }
   /// True if two bodies may collide that simple_contacts_ does not handle.
@@ -108,8 +120,12 @@ class StepDetector {
   /// Returns the pairs that touch in the motion from `start` to `end`. Pairs that the first
   /// detection did not report must be known not to touch.
   Span<const Contact> recheck(const Positions& start, const Positions& end);
-  void measure_edges(const Topology& topology);
+  /// Edges of a body are measured when it is new or changed, so that what limits its gaps stays.
+  void measure_edges(const Topology& topology, const Renumbering& numbers,
+                     const std::vector<char>& is_changed);
   double separation_for(double largest_thickness) const;
+  /// The largest thickness of a pair whose contacts are all found, metres.
+  double largest_thickness() const { return separation_ / settings::detection::distance_factor; }
   /// Created and given the topology when it is first needed: most steps need near_detector_ alone.
   Detector& touching_detector();
   /// The detector of the first detection in a step; null before the first topology.
@@ -140,9 +156,13 @@ class StepDetector {
   MotionPrediction prediction_;
   /// Finds pairs within a thickness; null if no thickness is positive.
   std::unique_ptr<Detector> near_detector_;
-  double separation_ = 0;   ///< separation of near_detector_, metres; not positive without it
-  double median_edge_ = 0;  ///< metres: median of Motion::shortest_edge
+  double separation_ = 0;  ///< separation of near_detector_, metres; not positive without it
+  std::vector<double> median_edge_;     ///< of each soft body, of Motion::shortest_edge; metres
   std::vector<float> self_separation_;  ///< for Topology
+  // What set_near_topology() set:
+  PrimitiveIndices primitives_;
+  std::vector<Body> filters_;  ///< of near_detector_
+  std::vector<BodyPair> disabled_pairs_;
   /// Found by the first detection if there is no near_detector_.
   std::vector<Contact> touching_pairs_;
   std::vector<Contact> report_only_contacts_;

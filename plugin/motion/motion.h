@@ -102,7 +102,8 @@ struct Motion {
   ~Motion();
 
   /// Positions at the start and the end of the step, three scalars per vertex, bit for bit as
-  /// Bullet holds them, but for what TouchingStarts moved out of rounding. The detector certifies `end`, and Bullet's nodes are set to it.
+  /// Bullet holds them, but for what TouchingStarts moved out of rounding. The detector certifies
+  /// `end`, and Bullet's nodes are set to it.
   std::vector<btScalar> start, end;
   /// By soft vertex, 1/kg; 0: contacts do not decide the motion (pinned or anchored).
   std::vector<double> inverse_mass;

@@ -85,14 +85,6 @@ double longest_edge(const StepTopology& step_topology, std::int32_t soft_body,
   return std::sqrt(longest);
 }
 
-std::int32_t first_side_index(const Topology& topology) {
-  return static_cast<std::int32_t>(3 * topology.faces.size() + topology.edges.size());
-}
-
-std::int32_t first_edge_index(const Topology& topology) {
-  return first_side_index(topology) + static_cast<std::int32_t>(3 * topology.faces.size());
-}
-
 void set_normal(const Vector3d& normal, Contact& contact) {
   for (int k = 0; k < 3; ++k) contact.normal[k] = static_cast<float>(normal[k]);
 }

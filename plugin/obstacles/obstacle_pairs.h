@@ -35,11 +35,6 @@ double largest_sag(const StepTopology& topology, std::int32_t soft_body, const M
 /// The longest edge of a soft body in a motion, metres.
 double longest_edge(const StepTopology& topology, std::int32_t soft_body, const Motion& motion);
 
-/// Contacts number the sides of soft faces and the soft edges after those that a detector may have:
-/// side k of face f is first_side_index() + 3 f + k, edge e is first_edge_index() + e.
-std::int32_t first_side_index(const Topology& topology);
-std::int32_t first_edge_index(const Topology& topology);
-
 void set_normal(const Vector3d& normal, Contact& contact);
 
 }  // namespace LAZYCCD_BULLET_PRECISION

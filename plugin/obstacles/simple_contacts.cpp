@@ -33,8 +33,27 @@ bool SimpleContacts::may_be_met(const ObstaclePairs& obstacle) const {
          round_.may_be_met(obstacle) && convex_.may_be_met(obstacle);
 }
 
-void SimpleContacts::set_topology() {
+void SimpleContacts::set_topology(const std::vector<std::int32_t>& new_index) {
   std::vector<ObstaclePairs> obstacles = find_obstacle_pairs(topology_);
+  // Of the new obstacle: whether it and all that meets it are those of an old one.
+  const auto is_known = [&new_index](const ObstaclePairs& now, const ObstaclePairs& old) {
+    if (new_index[static_cast<std::size_t>(old.body)] != now.body) return false;
+    std::vector<std::int32_t> met;
+    for (const std::int32_t s : old.soft_bodies)
+      met.push_back(new_index[static_cast<std::size_t>(s)]);
+    std::sort(met.begin(), met.end());
+    return std::includes(met.begin(), met.end(), now.soft_bodies.begin(), now.soft_bodies.end());
+  };
+  std::vector<ObstaclePairs> given_up;
+  for (const ObstaclePairs& now : obstacles)
+    if (std::any_of(given_up_.begin(), given_up_.end(),
+                    [&](const ObstaclePairs& old) { return is_known(now, old); }))
+      given_up.push_back(now);
+  given_up_.swap(given_up);
+  remove_if(obstacles, [this](const ObstaclePairs& o) {
+    return std::any_of(given_up_.begin(), given_up_.end(),
+                       [&o](const ObstaclePairs& g) { return g.body == o.body; });
+  });
   remove_if(obstacles, [this](const ObstaclePairs& o) { return !may_be_met(o); });
   const auto leave_largest = [&](const auto& parts_of) {
     struct Pairs {
@@ -61,13 +80,21 @@ void SimpleContacts::set_topology() {
   };
   leave_largest([](const Triangles& triangles) -> auto& { return triangles.round_parts; });
   leave_largest([](const Triangles& triangles) -> auto& { return triangles.convex_parts; });
+  const std::vector<Obstacle> last = obstacles_;
   set_obstacles(obstacles);
+  for (Obstacle& now : obstacles_) {
+    const auto old = std::find_if(last.begin(), last.end(),
+                                  [&](const Obstacle& o) { return is_known(now.pairs, o.pairs); });
+    if (old == last.end()) continue;
+    now.was_clear = old->was_clear;
+    now.unclear_motions = old->unclear_motions;
+  }
 }
 
 void SimpleContacts::set_obstacles(const std::vector<ObstaclePairs>& obstacles) {
   obstacles_.clear();
   for (const ObstaclePairs& o : obstacles)
-    obstacles_.push_back({o.body, !topology_.bodies()[o.body].triangles->convex_parts.empty()});
+    obstacles_.push_back({o, !topology_.bodies()[o.body].triangles->convex_parts.empty()});
   if (any()) soft_bounds_.set_topology();
   round_.set_obstacles(obstacles);
   convex_.set_obstacles(obstacles);
@@ -75,16 +102,18 @@ void SimpleContacts::set_obstacles(const std::vector<ObstaclePairs>& obstacles) 
 
 void SimpleContacts::give_up(std::int32_t body) {
   LAZYCCD_ASSERT(std::any_of(obstacles_.begin(), obstacles_.end(),
-                             [body](const Obstacle& o) { return o.body == body; }),
+                             [body](const Obstacle& o) { return o.pairs.body == body; }),
                  "an obstacle that is given up was handled in closed form");
   round_.give_up(body);
   convex_.give_up(body);
-  obstacles_.erase(std::find_if(obstacles_.begin(), obstacles_.end(),
-                                [body](const Obstacle& o) { return o.body == body; }));
+  const auto obstacle = std::find_if(obstacles_.begin(), obstacles_.end(),
+                                     [body](const Obstacle& o) { return o.pairs.body == body; });
+  given_up_.push_back(obstacle->pairs);
+  obstacles_.erase(obstacle);
 }
 
 void SimpleContacts::leave_out(std::vector<Body>& filters) const {
-  for (const Obstacle& o : obstacles_) filters[static_cast<std::size_t>(o.body)].layer = 0;
+  for (const Obstacle& o : obstacles_) filters[static_cast<std::size_t>(o.pairs.body)].layer = 0;
 }
 
 bool SimpleContacts::find_near(double separation, std::vector<Contact>& contacts) {
@@ -96,7 +125,7 @@ bool SimpleContacts::find_near(double separation, std::vector<Contact>& contacts
     o.unclear_motions = o.was_clear ? 0 : o.unclear_motions + 1;
     o.was_clear = true;
     if (o.may_be_given_up && o.unclear_motions >= settings::simple_shapes::max_unclear_motions)
-      at_fault_.push_back(o.body);
+      at_fault_.push_back(o.pairs.body);
   }
   for (const std::int32_t body : at_fault_) give_up(body);
   soft_bounds_.begin(false);
@@ -119,7 +148,7 @@ bool SimpleContacts::are_clear(bool at_start) {
   round_.find_unclear(at_start, at_fault_);
   if (at_start) return at_fault_.empty();
   for (Obstacle& o : obstacles_)
-    o.was_clear &= std::find(at_fault_.begin(), at_fault_.end(), o.body) == at_fault_.end();
+    o.was_clear &= std::find(at_fault_.begin(), at_fault_.end(), o.pairs.body) == at_fault_.end();
   return at_fault_.empty();
 }
 

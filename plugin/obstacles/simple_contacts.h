@@ -26,10 +26,14 @@ class SimpleContacts {
                  const ContactFilter& filter);
 
   /// Chooses the obstacles that are met here. Call when indices or pair rules change, with the
-  /// start of a motion.
-  void set_topology();
+  /// start of a motion. An obstacle that was given up stays so, unless it or a soft body that may
+  /// meet it is new or changed. `new_index`: by old body; -1 if it is gone or changed.
+  void set_topology(const std::vector<std::int32_t>& new_index);
   /// Meets no obstacle until the next set_topology().
-  void clear() { set_obstacles({}); }
+  void clear() {
+    set_obstacles({});
+    given_up_.clear();
+  }
   bool any() const { return !obstacles_.empty(); }
   /// Changes the filters of a detector, such that it leaves out the pairs of these obstacles.
   void leave_out(std::vector<Body>& filters) const;
@@ -46,7 +50,7 @@ class SimpleContacts {
 
  private:
   struct Obstacle {
-    std::int32_t body;
+    ObstaclePairs pairs;
     bool may_be_given_up;
     bool was_clear = true;    // in the last motion
     int unclear_motions = 0;  // in succession
@@ -62,6 +66,7 @@ class SimpleContacts {
   RoundContacts round_;
   ConvexContacts convex_;
   std::vector<Obstacle> obstacles_;
+  std::vector<ObstaclePairs> given_up_;
   std::vector<Contact> of_convex_;      // scratch memory
   std::vector<std::int32_t> at_fault_;  // scratch memory: bodies that are given up or not clear
 };

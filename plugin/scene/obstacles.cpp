@@ -71,23 +71,6 @@ btScalar rounding_bound(const Obstacles::Record& record, const AxisBox& box) {
   return roundings * SIMD_EPSILON * farthest[farthest.maxAxis()];
 }
 
-// Expands each side by a quarter of the box's size along that axis plus a quarter of its longest
-// side.
-AxisBox enlarged(const AxisBox& box) {
-  if (box.is_empty()) return box;
-  const btVector3 size = box.upper - box.lower;
-  const btScalar spare = btScalar(0.25) * size[size.maxAxis()];
-  return box.expanded(btScalar(0.25) * size + btVector3(spare, spare, spare));
-}
-
-// Whether the box was once needed, and is not any more.
-bool is_far_larger(const AxisBox& box, const AxisBox& needed) {
-  constexpr btScalar ratio = 4;  // changes only the cost
-  if (box.is_empty()) return false;
-  const btVector3 size = box.upper - box.lower, limit = ratio * (needed.upper - needed.lower);
-  return size.x() > limit.x() || size.y() > limit.y() || size.z() > limit.z();
-}
-
 // Returns the broad phase of the soft bodies' world, or null if no body has one. Does not depend on
 // whether a soft body collides with rigid ones: if one does later, their motion must be known then.
 btBroadphaseInterface* broadphase_of(const Obstacles::SoftBodies& bodies) {
@@ -212,26 +195,24 @@ std::vector<AxisBox> Obstacles::moving_bounds() const {
   return boxes;
 }
 
-bool Obstacles::update(const SoftBodies& bodies, const AxisBox& swept, double depth,
+bool Obstacles::update(const SoftBodies& bodies, const Boxes& swept, double depth,
                        WarningLog& warnings) {
   anchor_objects_ = find_anchor_objects(bodies);
   depth_ = depth;
-  return update_region(swept, warnings);
+  return update_regions(swept, warnings);
 }
 
-bool Obstacles::has_read(const AxisBox& swept) const {
-  if (swept.is_empty()) return true;
-  return region_.contains(swept) &&
+bool Obstacles::has_read(const Boxes& swept) const {
+  return regions_.contain(swept) &&
          std::all_of(records_.begin(), records_.end(), [&](const Record& record) {
            return !is_cut_to_region(*record.shape) ||
                   record.region.contains(needed_region(record, swept));
          });
 }
 
-bool Obstacles::update_region(const AxisBox& swept, WarningLog& warnings) {
-  const bool is_too_large = !swept.is_empty() && is_far_larger(region_, enlarged(swept));
-  if (is_too_large || (!swept.is_empty() && !region_.contains(swept))) region_ = enlarged(swept);
-  if (!swept.is_empty()) poses_.follow(region_, warnings);
+bool Obstacles::update_regions(const Boxes& swept, WarningLog& warnings) {
+  const bool any_too_large = regions_.update(swept);
+  poses_.follow(regions_.boxes(), warnings);
   std::vector<Record> near;
   for (const RigidPose* const followed : poses_.followed()) {
     const RigidPose& pose = *followed;
@@ -239,7 +220,7 @@ bool Obstacles::update_region(const AxisBox& swept, WarningLog& warnings) {
         std::binary_search(anchor_objects_.begin(), anchor_objects_.end(), pose.object) &&
         is_movable(*pose.object);
     const bool is_near =
-        !swept.is_empty() && bounds(pose).overlaps(region_) && pose.object->hasContactResponse();
+        overlaps_any(regions_.boxes(), bounds(pose)) && pose.object->hasContactResponse();
     if (!(has_anchored_nodes || is_near) || !pose.finite) continue;
     near.push_back(record_of(pose));
     near.back().has_anchored_nodes = has_anchored_nodes;
@@ -261,7 +242,7 @@ bool Obstacles::update_region(const AxisBox& swept, WarningLog& warnings) {
           std::make_shared<const std::vector<Triangles::Leaf>>(old->triangles->leaves);
     else if (is_same(record, *old) && is_in_same_step)
       record.last_leaves = old->last_leaves;
-    const bool is_read_again = is_too_large && is_cut_to_region(*record.shape);
+    const bool is_read_again = any_too_large && is_cut_to_region(*record.shape);
     is_unchanged = is_unchanged && !is_read_again;
     if (!same_depth || !keeps_triangles(record, *old) || is_read_again) continue;
     record.region = old->region;
@@ -296,7 +277,7 @@ bool Obstacles::keeps_triangles(const Record& record, const Record& last) const 
          record.has_anchored_nodes == last.has_anchored_nodes;
 }
 
-AxisBox Obstacles::needed_region(const Record& record, const AxisBox& swept) const {
+AxisBox Obstacles::needed_region(const Record& record, const Boxes& boxes) const {
   const int type = record.shape->getShapeType();
   const AxisBox all{btVector3(record.box[0], record.box[1], record.box[2]),
                     btVector3(record.box[3], record.box[4], record.box[5])};
@@ -304,17 +285,17 @@ AxisBox Obstacles::needed_region(const Record& record, const AxisBox& swept) con
   const bool is_bounded = size[size.maxAxis()] < BT_LARGE_FLOAT;  // without a plane in a compound
   const bool may_read_all =
       is_bounded && type != STATIC_PLANE_PROXYTYPE && type != TERRAIN_SHAPE_PROXYTYPE;
-  return reads_whole_mesh(record) && may_read_all ? all : in_frame(record, swept);
+  if (reads_whole_mesh(record) && may_read_all) return all;
+  return in_frame(record, bounds_of_overlapping(boxes, bounds(record)));
 }
 
-void Obstacles::read_triangles(const AxisBox& starts, WarningLog& warnings) {
+void Obstacles::read_triangles(const Boxes& starts, WarningLog& warnings) {
   read_depth_ = depth_;
   local_positions_.clear();
   faces_.clear();
-  const AxisBox near_starts = enlarged(starts);
   for (Record& record : records_) {
     if (!record.triangles || is_cut_to_region(*record.shape))
-      read_triangles(record, near_starts, warnings);
+      read_triangles(record, enlarged(bounds_of_overlapping(starts, bounds(record))), warnings);
     append_triangles(record);
   }
 }
@@ -324,9 +305,10 @@ void Obstacles::read_triangles(Record& record, const AxisBox& near, WarningLog& 
   // Reads a little more of a mesh than the region, so that a moving mesh keeps its triangles for
   // some steps. The addition is at least the rounding error of world positions moved to the mesh's
   // frame.
-  record.region = needed_region(record, region_);
+  record.region = needed_region(record, regions_.boxes());
   btVector3 spare = btScalar(0.1) * (record.region.upper - record.region.lower);
-  const btScalar bound = rounding_bound(record, region_);
+  const btScalar bound =
+      rounding_bound(record, bounds_of_overlapping(regions_.boxes(), bounds(record)));
   spare.setMax(btVector3(bound, bound, bound));
   record.region = record.region.expanded(spare);
   if (record.responds && !tessellate(*record.shape, btTransform::getIdentity(), record.region,

@@ -1,7 +1,7 @@
 // Obstacles: the rigid bodies near the soft ones, as triangles that move rigidly.
 //
 // Only the part of a mesh, terrain or plane near the soft bodies is read. It is read again when the
-// soft bodies leave that part.
+// soft bodies leave that part. What lies near them is decided for each soft body (read_regions.h).
 #pragma once
 
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
@@ -15,6 +15,7 @@
 
 #include "lazyccd/scene.h"
 #include "scene/rigid_poses.h"
+#include "shapes/read_regions.h"
 #include "shapes/tessellation.h"
 #include "util/warning_log.h"
 
@@ -24,6 +25,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 class Obstacles {
  public:
   using SoftBodies = btAlignedObjectArray<btSoftBody*>;
+  using Boxes = std::vector<AxisBox>;
 
   /// One obstacle: a rigid body near the soft bodies, or one that nodes are anchored to.
   struct Record : RigidPose {
@@ -65,16 +67,16 @@ class Obstacles {
   /// Bounds, over the step, of the rigid bodies with contact response that move, are new or were
   /// put elsewhere.
   std::vector<AxisBox> moving_bounds() const;
-  /// Finds the rigid bodies near the soft ones. `swept`: bounds of the soft bodies' motion.
+  /// Finds the rigid bodies near the soft ones. `swept`: bounds of each soft body's motion.
   /// `depth`: how deep inside round surfaces triangles may lie, metres; see tessellate(). Returns
   /// true if triangles must be read; call read_triangles() then.
-  bool update(const SoftBodies& bodies, const AxisBox& swept, double depth, WarningLog& warnings);
+  bool update(const SoftBodies& bodies, const Boxes& swept, double depth, WarningLog& warnings);
   /// The same for a larger `swept` in the same step.
-  bool update_region(const AxisBox& swept, WarningLog& warnings);
+  bool update_regions(const Boxes& swept, WarningLog& warnings);
   /// True if all triangles in `swept` have been read.
-  bool has_read(const AxisBox& swept) const;
-  /// Makes new vertices and faces. `starts`: bounds of the soft bodies at the start of the step.
-  void read_triangles(const AxisBox& starts, WarningLog& warnings);
+  bool has_read(const Boxes& swept) const;
+  /// Makes new vertices and faces. `starts`: bounds of each soft body at the start of the step.
+  void read_triangles(const Boxes& starts, WarningLog& warnings);
   /// Makes update() read the whole meshes of an obstacle and not only the part near the soft
   /// bodies. `unique_id`: as in RigidPose.
   void read_whole_mesh(int unique_id) { read_whole_.insert(unique_id); }
@@ -104,8 +106,8 @@ class Obstacles {
   const std::vector<Face>& faces() const { return faces_; }
 
  private:
-  // Bounds, in the obstacle's frame, of the triangles that must be known. `swept` as in update().
-  AxisBox needed_region(const Record& record, const AxisBox& swept) const;
+  // Bounds, in the obstacle's frame, of the triangles that must be known for what is in `boxes`.
+  AxisBox needed_region(const Record& record, const Boxes& boxes) const;
   void read_triangles(Record& record, const AxisBox& near, WarningLog& warnings) const;
   void append_triangles(Record& record);
   bool keeps_triangles(const Record& record, const Record& last) const;
@@ -119,7 +121,7 @@ class Obstacles {
   std::uint32_t step_ = 0;
   std::vector<const btCollisionObject*> anchor_objects_;  // with anchored nodes; sorted
   std::vector<Record> records_;                           // sorted by unique_id
-  AxisBox region_ = AxisBox::empty();                     // world frame: triangles are read near it
+  ReadRegions regions_;                                   // world frame: triangles are read there
   std::set<int> read_whole_;                              // unique_id of obstacles
   double depth_ = 0;       // of update(): for the next reading of triangles, metres
   double read_depth_ = 0;  // of the last reading, metres

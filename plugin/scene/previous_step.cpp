@@ -5,7 +5,7 @@
 #include <unordered_set>
 #include <utility>
 
-#include "scene/soft_body_nodes.h"
+#include "util/soft_body_nodes.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

@@ -66,41 +66,6 @@ bool differs_by_rounding(const btTransform& a, const btTransform& b) {
 
 }  // namespace
 
-// Collects the rigid bodies of a broad phase, as if they had always been where they are.
-class RigidPoses::Collector : public btBroadphaseAabbCallback {
- public:
-  explicit Collector(std::vector<RigidPose>& found) : found_(found) {}
-  bool process(const btBroadphaseProxy* proxy) override {
-    auto* object = static_cast<btCollisionObject*>(proxy->m_clientObject);
-    if (!is_rigid(*object)) return true;
-    const btTransform& now = object->getWorldTransform();
-    found_.push_back({object, proxy->m_uniqueId, now, now, now, now, now, now});
-    return true;
-  }
-
- private:
-  std::vector<RigidPose>& found_;
-};
-
-// Follows the bodies that a broad phase finds.
-class RigidPoses::Follower : public btBroadphaseAabbCallback {
- public:
-  Follower(RigidPoses& poses, WarningLog& warnings) : poses_(poses), warnings_(warnings) {}
-  bool process(const btBroadphaseProxy* proxy) override {
-    const auto known = poses_.known_.find(proxy->m_uniqueId);
-    if (known == poses_.known_.end() || poses_.is_followed_[known->second.index]) return true;
-    poses_.is_followed_[known->second.index] = any_ = true;
-    poses_.set_end(poses_.poses_[known->second.index], warnings_);
-    return true;
-  }
-  bool has_found_any() const { return any_; }
-
- private:
-  RigidPoses& poses_;
-  WarningLog& warnings_;
-  bool any_ = false;
-};
-
 AxisBox bounds(const RigidPose& pose) {
   if (pose.at_rest) {
     const btBroadphaseProxy& proxy = *pose.object->getBroadphaseHandle();
@@ -173,11 +138,15 @@ void RigidPoses::end_step(btBroadphaseInterface* broadphase, btScalar dt, Warnin
   list_followed();
 }
 
-void RigidPoses::follow(const AxisBox& box, WarningLog& warnings) {
-  if (!broadphase_ || box.is_empty()) return;
-  Follower follower(*this, warnings);
-  broadphase_->aabbTest(box.lower, box.upper, follower);
-  if (follower.has_found_any()) list_followed();
+// Looks at each body, because Bullet's tree loses bodies once the bounds of one were not finite.
+void RigidPoses::follow(const std::vector<AxisBox>& boxes, WarningLog& warnings) {
+  bool found_any = false;
+  for (std::size_t i = 0; i < poses_.size(); ++i) {
+    if (is_followed_[i] || !overlaps_any(boxes, bounds(poses_[i]))) continue;
+    is_followed_[i] = found_any = true;
+    set_end(poses_[i], warnings);
+  }
+  if (found_any) list_followed();
 }
 
 void RigidPoses::set_end(RigidPose& pose, WarningLog& warnings) {
@@ -295,13 +264,15 @@ void RigidPoses::hold_at_start(const btCollisionObject& object) {
 }
 
 void RigidPoses::find(btBroadphaseInterface* broadphase) {
-  broadphase_ = broadphase;
   if (!members_.may_have_changed(broadphase)) return;
   std::vector<RigidPose> found;
-  Collector collector(found);
-  const btScalar far = BT_LARGE_FLOAT;
-  if (broadphase)
-    broadphase->aabbTest(btVector3(-far, -far, -far), btVector3(far, far, far), collector);
+  // As if they had always been where they are.
+  for_each_proxy(broadphase, [&found](const btBroadphaseProxy& proxy) {
+    auto* const object = static_cast<btCollisionObject*>(proxy.m_clientObject);
+    if (!is_rigid(*object)) return;
+    const btTransform& now = object->getWorldTransform();
+    found.push_back({object, proxy.m_uniqueId, now, now, now, now, now, now});
+  });
   if (!are_known(found)) take(found);
 }
 

@@ -74,8 +74,8 @@ class RigidPoses {
   /// null: there are no rigid bodies then.
   void begin_step(btBroadphaseInterface* broadphase);
   void end_step(btBroadphaseInterface* broadphase, btScalar dt, WarningLog& warnings);
-  /// After end_step(): also follows, in this step, the bodies at rest near a box.
-  void follow(const AxisBox& box, WarningLog& warnings);
+  /// After end_step(): also follows, in this step, the bodies at rest near one of the boxes.
+  void follow(const std::vector<AxisBox>& boxes, WarningLog& warnings);
   /// The bodies to which nodes are anchored, sorted. Bullet moves these nodes at the start of a
   /// frame, so the bodies move with them then.
   void set_carriers(std::vector<const btCollisionObject*> carriers) {
@@ -118,7 +118,6 @@ class RigidPoses {
     bool any_driven = false, jumped = false;  // its links
   };
   class Collector;
-  class Follower;
 
   /// Finds bodies that were added or removed.
   void find(btBroadphaseInterface* broadphase);
@@ -143,7 +142,6 @@ class RigidPoses {
   std::unordered_map<int, Known> known_;  // by unique_id
   std::vector<char> is_followed_;         // by index in poses_
   std::vector<const RigidPose*> followed_;
-  btBroadphaseInterface* broadphase_ = nullptr;  // of this step
   BroadphaseMembers members_;
   std::vector<const btCollisionObject*> carriers_;
   std::set<const btCollisionObject*> teleported_;                       // since the last step

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "scene/soft_body_nodes.h"
 #include "settings.h"
+#include "util/soft_body_nodes.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "scene/collision_filters.h"
+#include "scene/left_to_bullet.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -46,7 +47,7 @@ SoftScene::Fingerprint SoftScene::fingerprint(btSoftBody* body) const {
   s.collisions = body->m_cfg.collisions;
   s.self = body->useSelfCollision();
   s.responds = body->hasContactResponse();
-  s.excluded = is_excluded(body);
+  s.excluded = excluded_.contains(body);
   s.marked_changed = body->m_bUpdateRtCst;
   s.margin = margin_of(*body);
   s.proxy_id = bullet::proxy_id(*body);
@@ -147,19 +148,6 @@ void SoftScene::for_each_range(const Threads& threads, const Visit& visit) const
       });
 }
 
-void SoftScene::reinclude(const btAlignedObjectArray<btSoftBody*>& bodies) {
-  if (excluded_.empty()) return;
-  std::vector<const btSoftBody*> still_excluded;
-  for (int i = 0; i < bodies.size(); ++i) {
-    if (is_excluded(bodies[i]) && !is_finite(*bodies[i])) still_excluded.push_back(bodies[i]);
-  }
-  excluded_ = still_excluded;
-}
-
-bool SoftScene::is_excluded(const btSoftBody* body) const {
-  return std::find(excluded_.begin(), excluded_.end(), body) != excluded_.end();
-}
-
 int SoftScene::world_index_of(const btSoftBody& body) const {
   for (std::size_t i = 0; i < fingerprints_.size(); ++i)
     if (fingerprints_[i].body == &body) return world_indices_[i];
@@ -168,7 +156,7 @@ int SoftScene::world_index_of(const btSoftBody& body) const {
 
 bool SoftScene::accepts(const btSoftBody* body) const {
   const bool has_primitives = body->m_faces.size() > 0 || body->m_links.size() > 0;
-  return has_primitives && !body->m_reducedModel && !is_excluded(body);
+  return has_primitives && !body->m_reducedModel && !excluded_.contains(body);
 }
 
 std::int32_t SoftScene::vertex_of(const BodyRecord& record, int node) const {
@@ -190,13 +178,15 @@ void SoftScene::rebuild(const std::vector<Sleepers::Member>& members, WarningLog
   for (const Sleepers::Member& member : members) {
     btSoftBody* const body = member.body;
     world_indices_.push_back(member.world_index);
+    warn_of_what_is_left_to_bullet(*body, member.world_index, warnings);
     if (body->m_reducedModel) {
       const std::string index = std::to_string(member.world_index);
       warnings.warn_once("reduced " + index,
                          "soft body " + index +
                              " is a reduced deformable, which is not supported: collision "
                              "detection leaves it out");
-    } else if (!is_excluded(body) && (flags_.ask_for_any(*body) || body->useSelfCollision())) {
+    } else if (!excluded_.contains(body) &&
+               (flags_.ask_for_any(*body) || body->useSelfCollision())) {
       add_body(body, member.world_index, warnings);
     }
   }

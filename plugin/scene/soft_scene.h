@@ -3,7 +3,7 @@
 // Included are bodies with at least one face or one edge (primitives.h) whose collision flags ask
 // for a contact. A node is a vertex if a face or edge uses it. Left out, with one warning: faces
 // with a repeated node, duplicate faces, faces with a node of another body; bodies that are reduced
-// deformables or have a position that is not finite.
+// deformables or lost (excluded_bodies.h).
 #pragma once
 
 #include <BulletSoftBody/btSoftBody.h>
@@ -18,11 +18,12 @@
 
 #include "lazyccd/threads.h"
 #include "scene/collision_filters.h"
+#include "scene/excluded_bodies.h"
 #include "scene/primitives.h"
 #include "scene/scene_topology.h"
 #include "scene/sleepers.h"
-#include "scene/soft_body_nodes.h"
 #include "util/refused_pairs.h"
+#include "util/soft_body_nodes.h"
 #include "util/warning_log.h"
 
 namespace lazyccd::bullet {
@@ -57,11 +58,8 @@ class SoftScene {
   }
   /// The same because of one body, which has changed.
   void invalidate(const btSoftBody& body);
-  /// Leaves a body out until reinclude() finds its nodes finite.
-  void exclude(const btSoftBody* body) { excluded_.push_back(body); }
-  /// Takes back those excluded bodies whose nodes are finite again.
-  void reinclude(const btAlignedObjectArray<btSoftBody*>& bodies);
-  bool is_excluded(const btSoftBody* body) const;
+  ExcludedBodies& excluded() { return excluded_; }
+  const ExcludedBodies& excluded() const { return excluded_; }
   /// True if the body has faces or links, is no reduced deformable and is not excluded.
   bool accepts(const btSoftBody* body) const;
 
@@ -135,7 +133,7 @@ class SoftScene {
   std::vector<Fingerprint> fingerprints_;                        // of the members
   std::vector<int> world_indices_;                               // of the members
   std::unordered_map<const btSoftBody*, Fingerprint> left_out_;  // when they last took part
-  std::vector<const btSoftBody*> excluded_;
+  ExcludedBodies excluded_;
   bool filtered_by_application_ = false;  // in the last find_filters()
   std::set<const btSoftBody*> changed_;   // since forget_changes()
   // By body, with its own indices: what the last rebuild() read, and what this one has so far.

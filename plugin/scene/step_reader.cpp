@@ -19,7 +19,19 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-void StepReader::begin_step(const Bodies& bodies, bool is_own_solver) {
+namespace {
+
+// False beyond the coordinates that Bullet and AxisBox take for infinite.
+bool is_in_world(const AxisBox& box) {
+  const btScalar far = BT_LARGE_FLOAT;
+  return AxisBox{btVector3(-far, -far, -far), btVector3(far, far, far)}.contains(box);
+}
+
+}  // namespace
+
+void StepReader::begin_step(const Bodies& bodies, bool is_own_solver,
+                            const ExcludedBodies::Forces* forces) {
+  scene_.excluded().begin_step(bodies, forces, warnings_);
   scene_.refused_pairs().begin_step(bodies, is_own_solver);
   for (int i = 0; i < bodies.size(); ++i) {
     // Bullet clears the mark of active bodies only. For inactive ones SoftScene compares the mark.
@@ -34,7 +46,6 @@ StepReader::Changes StepReader::read(const Bodies& bodies, double dt, const Fill
   motion_.dt = dt;
   if (options_.collide_rigid) obstacles_.read_poses(bodies, dt, warnings_);
   scene_.forget_changes();
-  scene_.reinclude(bodies);
   scene_.refused_pairs().end_dispatch();
   sleepers_.find_members(bodies);
   return read_members(bodies, fill);
@@ -49,15 +60,16 @@ StepReader::Changes StepReader::read_members(const Bodies& bodies, const Fill& f
     find_sleeping_members();
     changes.placed_bodies = sweep_prescribed_nodes();
   } while (sleepers_.take_in(bodies, awake_bounds(), contact_distance()));
+  find_obstacle_boxes();
   if (options_.collide_rigid &&
-      obstacles_.update(bodies, obstacle_query_box_, depth_in_obstacles(), warnings_)) {
+      obstacles_.update(bodies, obstacle_boxes_, depth_in_obstacles(), warnings_)) {
     obstacles_.read_triangles(starts_near_obstacles(), warnings_);
     changes.topology = true;
   }
   const std::vector<char> placed_obstacles = find_placed_obstacles();
   if (options_.untangling_speed > 0 &&
       read_meshes_around(changes.placed_bodies, placed_obstacles) &&
-      obstacles_.update_region(obstacle_query_box_, warnings_)) {
+      obstacles_.update_regions(obstacle_boxes_, warnings_)) {
     obstacles_.read_triangles(starts_near_obstacles(), warnings_);
     changes.topology = true;
   }
@@ -207,9 +219,6 @@ std::vector<std::int32_t> StepReader::sweep_prescribed_nodes() {
     for (std::size_t i = 0; i < count; i += 3)
       came_from.add(btVector3(start[i], start[i + 1], start[i + 2]));
     bounds_[index_of(record)].add(came_from);
-    if (record.meets_rigid)
-      obstacle_query_box_.add(
-          came_from.expanded(btVector3(record.margin, record.margin, record.margin)));
   }
   return placed;
 }
@@ -235,6 +244,11 @@ bool StepReader::pinned_nodes_jumped(const SoftScene::BodyRecord& record,
   return false;
 }
 
+double StepReader::needed_thickness(btScalar farthest) const {
+  return rounding_of(static_cast<double>(farthest)) +
+         settings::detection::resolved_speed * motion_.dt;
+}
+
 void StepReader::update_resolution() {
   std::unordered_map<const btSoftBody*, double> last;
   if (resolution_of_.size() > scene_.bodies().size()) last.swap(resolution_of_);
@@ -244,8 +258,7 @@ void StepReader::update_resolution() {
     btScalar farthest = 0;
     for (int k = 0; k < 3; ++k)
       farthest = std::max({farthest, std::abs(bounds_[i].lower[k]), std::abs(bounds_[i].upper[k])});
-    const double resolution = rounding_of(static_cast<double>(farthest)) +
-                              settings::detection::resolved_speed * motion_.dt;
+    const double resolution = needed_thickness(farthest);
     const auto found = last.find(body);
     double& kept =
         found == last.end() ? resolution_of_[body] : resolution_of_[body] = found->second;
@@ -259,11 +272,31 @@ double StepReader::resolution(const btSoftBody& body) const {
   return found == resolution_of_.end() ? 0 : found->second;
 }
 
-double StepReader::largest_resolution() const {
+double StepReader::largest_resolution(double known) const {
   double largest = 0;
-  for (const SoftScene::BodyRecord& record : scene_.bodies())
-    largest = std::max(largest, resolution(*record.body));
+  for (std::size_t i = 0; i < scene_.bodies().size(); ++i) {
+    btSoftBody& body = *scene_.bodies()[i].body;
+    const double needed = resolution(body);
+    if (!(needed > std::max(known, largest))) continue;
+    const auto reach = static_cast<btScalar>(settings::detection::distance_factor * needed);
+    const AxisBox near = bounds_[i].expanded(btVector3(reach, reach, reach));
+    bool meets = body.useSelfCollision();
+    for (std::size_t k = 0; k < bounds_.size(); ++k)
+      meets = meets || (k != i && near.overlaps(bounds_[k]));
+    if (meets) largest = needed;
+  }
   return largest;
+}
+
+void StepReader::find_obstacle_boxes() {
+  obstacle_boxes_.clear();
+  // Margins of soft bodies only: the bounds of obstacles (getAabb) include their own.
+  btScalar margin = static_cast<btScalar>(options_.thickness);
+  for (const SoftScene::BodyRecord& record : scene_.bodies())
+    if (record.meets_rigid) margin = btMax(margin, record.margin);
+  for (std::size_t i = 0; i < scene_.bodies().size(); ++i)
+    if (scene_.bodies()[i].meets_rigid && !bounds_[i].is_empty())
+      obstacle_boxes_.push_back(bounds_[i].expanded(btVector3(margin, margin, margin)));
 }
 
 // Reads Bullet's nodes in one pass. Returns false if the scene must be read again, because a body
@@ -275,7 +308,6 @@ bool StepReader::gather_soft(const Fill& fill) {
   motion_.velocity.resize(count);
   motion_.rate.resize(count);
   motion_.inverse_mass.resize(count);
-  obstacle_query_box_ = AxisBox::empty();
   bounds_.assign(scene_.bodies().size(), AxisBox::empty());
   std::vector<const btSoftBody*> pinned_elsewhere;
   std::vector<std::int32_t> bad_vertices;
@@ -289,19 +321,12 @@ bool StepReader::gather_soft(const Fill& fill) {
           gather_block(record, first, std::min(last, first + block), fill, found);
         const std::lock_guard<std::mutex> lock(mutex);
         bounds_[index_of(record)].add(found.swept);
-        if (record.meets_rigid) obstacle_query_box_.add(found.swept);
         if (!found.pins_unchanged) pinned_elsewhere.push_back(record.body);
         if (found.bad_vertex >= 0) bad_vertices.push_back(found.bad_vertex);
       });
   for (const btSoftBody* const body : pinned_elsewhere) scene_.invalidate(*body);
   std::sort(bad_vertices.begin(), bad_vertices.end());
   for (const std::int32_t vertex : bad_vertices) exclude(vertex);
-  // Margins of soft bodies only: the bounds of obstacles (getAabb) include their own.
-  btScalar margin = static_cast<btScalar>(options_.thickness);
-  for (const SoftScene::BodyRecord& record : scene_.bodies())
-    if (record.meets_rigid) margin = btMax(margin, record.margin);
-  if (!obstacle_query_box_.is_empty())
-    obstacle_query_box_ = obstacle_query_box_.expanded(btVector3(margin, margin, margin));
   return pinned_elsewhere.empty() && bad_vertices.empty();
 }
 
@@ -315,30 +340,39 @@ void StepReader::gather_block(const SoftScene::BodyRecord& record, std::int32_t 
     found.pins_unchanged = found.pins_unchanged && (inverse_mass > 0) != scene_.was_pinned(v);
   }
   fill(scene_, record, first, last, motion_);
-  const btScalar max_displacement =
-      static_cast<btScalar>(settings::displacement::max_node_speed * motion_.dt);
+  // Of any body, as everything is farther from the origin than that.
+  const auto usual = static_cast<btScalar>(longest_step(record, btVector3(0, 0, 0)));
   for (std::int32_t v = first; v < last; ++v) {
     const btScalar *start = &motion_.start[3 * static_cast<std::size_t>(v)],
                    *end = &motion_.end[3 * static_cast<std::size_t>(v)];
     const btVector3 x0(start[0], start[1], start[2]), x1(end[0], end[1], end[2]);
     // Negated, so that the condition is also true for positions that are not finite.
-    if (!((x1 - x0).length2() <= max_displacement * max_displacement) && found.bad_vertex < 0)
+    if (!((x1 - x0).length2() <= usual * usual) && found.bad_vertex < 0 &&
+        !(static_cast<double>((x1 - x0).length()) <= longest_step(record, x0)))
       found.bad_vertex = v;
     found.swept.add(x0);
     found.swept.add(x1);
   }
+  if (found.bad_vertex < 0 && !is_in_world(found.swept)) found.bad_vertex = first;
+}
+
+double StepReader::longest_step(const SoftScene::BodyRecord& record, const btVector3& start) const {
+  const double thickness = std::max(
+      options_.thickness >= 0 ? options_.thickness : 2 * static_cast<double>(record.margin),
+      needed_thickness(start.absolute()[start.absolute().maxAxis()]));
+  return std::min({settings::displacement::max_node_speed * motion_.dt,
+                   settings::displacement::max_node_displacement,
+                   settings::displacement::resolved_part * thickness /
+                       static_cast<double>(std::numeric_limits<btScalar>::epsilon())});
 }
 
 void StepReader::exclude(std::int32_t vertex) {
   const SoftScene::BodyRecord& record = scene_.bodies()[scene_.body_of(vertex)];
-  if (scene_.is_excluded(record.body)) return;
-  scene_.exclude(record.body);
-  const std::string body = std::to_string(record.world_index);
-  warnings_.warn_once(
-      "finite " + body,
-      "soft body " + body + ", node " + std::to_string(scene_.node_index(vertex)) +
-          ": the position is not finite, or moves faster than light; collision detection "
-          "leaves the body out until this ends");
+  const bool is_finite = (motion_.end_of(vertex) - motion_.start_of(vertex)).allFinite();
+  scene_.excluded().add(*record.body, record.world_index, scene_.node_index(vertex),
+                        is_finite ? ExclusionReason::unresolved_step : ExclusionReason::not_finite,
+                        warnings_,
+                        longest_step(record, to_bullet(motion_.start_of(vertex))) / motion_.dt);
 }
 
 void StepReader::gather_obstacles() {
@@ -386,14 +420,15 @@ bool StepReader::may_meet(double distance) const {
   return false;
 }
 
-AxisBox StepReader::starts_near_obstacles() const {
-  AxisBox box = AxisBox::empty();
+Obstacles::Boxes StepReader::starts_near_obstacles() const {
+  Obstacles::Boxes boxes;
   for (const SoftScene::BodyRecord& record : scene_.bodies()) {
     if (!record.meets_rigid) continue;
+    boxes.push_back(AxisBox::empty());
     for (std::int32_t v = record.first_vertex; v < record.first_vertex + record.vertex_count; ++v)
-      box.add(to_bullet(motion_.start_of(v)));
+      boxes.back().add(to_bullet(motion_.start_of(v)));
   }
-  return box;
+  return boxes;
 }
 
 // An obstacle that only comes near cannot start in a soft body.
@@ -404,11 +439,12 @@ std::vector<char> StepReader::find_placed_obstacles() const {
   if (std::none_of(placed.begin(), placed.end(), [](char is_placed) { return is_placed != 0; }))
     return placed;
   const btScalar spare = contact_distance();
-  const AxisBox starts = starts_near_obstacles().expanded(btVector3(spare, spare, spare));
+  Obstacles::Boxes starts = starts_near_obstacles();
+  for (AxisBox& box : starts) box = box.expanded(btVector3(spare, spare, spare));
   for (std::size_t i = 0; i < records.size(); ++i) {
     AxisBox box;
     records[i].shape->getAabb(records[i].start, box.lower, box.upper);
-    placed[i] = placed[i] && box.overlaps(starts);
+    placed[i] = placed[i] && overlaps_any(starts, box);
   }
   return placed;
 }
@@ -452,19 +488,25 @@ bool StepReader::may_be_inside(const SoftScene::BodyRecord& body,
 
 bool StepReader::reread_obstacles_if_left() {
   if (!options_.collide_rigid) return false;
-  AxisBox reached = obstacle_query_box_;
-  for (const SoftScene::BodyRecord& record : scene_.bodies()) {
-    if (!record.meets_rigid) continue;
+  Obstacles::Boxes reached = obstacle_boxes_;
+  auto box = reached.begin();
+  for (std::size_t i = 0; i < scene_.bodies().size(); ++i) {
+    const SoftScene::BodyRecord& record = scene_.bodies()[i];
+    if (!record.meets_rigid || bounds_[i].is_empty()) continue;
     for (std::int32_t v = record.first_vertex; v < record.first_vertex + record.vertex_count; ++v) {
       const btScalar* const x = &motion_.end[3 * static_cast<std::size_t>(v)];
-      reached.add(btVector3(x[0], x[1], x[2]));
+      box->add(btVector3(x[0], x[1], x[2]));
     }
+    ++box;
   }
-  // The obstacles of this region have been read already.
-  if (obstacle_query_box_.contains(reached) || obstacles_.has_read(reached)) return false;
+  // The obstacles of these regions have been read already.
+  const auto was_read = [](const AxisBox& now, const AxisBox& read) { return read.contains(now); };
+  if (std::equal(reached.begin(), reached.end(), obstacle_boxes_.begin(), was_read) ||
+      obstacles_.has_read(reached))
+    return false;
   motion_.restart_response();  // before the triangles of its rigid bodies change
-  obstacle_query_box_ = reached;
-  if (obstacles_.update_region(obstacle_query_box_, warnings_))
+  obstacle_boxes_ = std::move(reached);
+  if (obstacles_.update_regions(obstacle_boxes_, warnings_))
     obstacles_.read_triangles(starts_near_obstacles(), warnings_);
   topology_.update(scene_, obstacles_, true);
   gather_obstacles();

@@ -42,8 +42,10 @@ class StepReader {
         obstacles_(static_cast<btScalar>(options.jump_speed)) {}
 
   /// Starts a step. Call it before Bullet moves anything, because Bullet then clears its marks of
-  /// changed topology. `is_own_solver`: as in RefusedPairs::begin_step().
-  void begin_step(const Bodies& bodies, bool is_own_solver = false);
+  /// changed topology. `is_own_solver`: as in RefusedPairs::begin_step(). `forces`: as in
+  /// ExcludedBodies::begin_step().
+  void begin_step(const Bodies& bodies, bool is_own_solver = false,
+                  const ExcludedBodies::Forces* forces = nullptr);
   /// Takes a pair that Bullet's dispatch brought to the solver.
   void accept_pair(const btCollisionObject& a, const btCollisionObject& b) {
     scene_.refused_pairs().accept(a, b);
@@ -104,15 +106,16 @@ class StepReader {
   /// Smallest thickness that contacts of a soft body can keep, metres. A gap this wide is closed
   /// neither by the rounding of positions nor by the residual of the response.
   double resolution(const btSoftBody& body) const;
-  /// Of all bodies.
-  double largest_resolution() const;
+  /// The largest of those above `known` of bodies that come so near another one, or collide with
+  /// themselves; 0 if there is none. `known`, metres.
+  double largest_resolution(double known) const;
 
  private:
   // What a pass over some nodes of one body finds.
   struct Found {
     AxisBox swept = AxisBox::empty();
     bool pins_unchanged = true;
-    std::int32_t bad_vertex = -1;  // first vertex that is not finite or moves too fast; -1: none
+    std::int32_t bad_vertex = -1;  // first vertex that is not finite or moves too far; -1: none
   };
 
   Changes read_members(const Bodies& bodies, const Fill& fill);
@@ -120,7 +123,10 @@ class StepReader {
   bool gather_soft(const Fill& fill);
   void gather_block(const SoftScene::BodyRecord& record, std::int32_t first, std::int32_t last,
                     const Fill& fill, Found& found);
+  // Excludes the body of a vertex that is not finite or moves too far.
   void exclude(std::int32_t vertex);
+  // How far a node of the body may move in a step from `start`, metres.
+  double longest_step(const SoftScene::BodyRecord& record, const btVector3& start) const;
   // Pinned nodes that the application moved between steps start at their last end, so their path is
   // tested. Returns the bodies that are new or were put elsewhere: their free nodes were moved too,
   // or their pinned nodes jumped. The nodes of such a body start where they are.
@@ -144,8 +150,9 @@ class StepReader {
   Sleepers::Boxes moved_bounds() const;
   // Bodies that stay farther apart than this have no contact, metres.
   btScalar contact_distance() const;
-  // Bounds of the start positions of soft bodies that collide with obstacles.
-  AxisBox starts_near_obstacles() const;
+  void find_obstacle_boxes();
+  // Bounds of the start positions of each soft body that collides with obstacles.
+  Obstacles::Boxes starts_near_obstacles() const;
   // Obstacles that are new or were put elsewhere, and reach the soft bodies. By index in
   // Obstacles::records(): nonzero for these.
   std::vector<char> find_placed_obstacles() const;
@@ -154,6 +161,8 @@ class StepReader {
   bool read_meshes_around(const std::vector<std::int32_t>& placed_bodies,
                           const std::vector<char>& placed_obstacles);
   bool may_be_inside(const SoftScene::BodyRecord& body, const Obstacles::Record& obstacle) const;
+  // The least thickness of contacts with coordinates up to `farthest`, metres.
+  double needed_thickness(btScalar farthest) const;
   // Sets resolution() of each body. Keeps the old value while it is no more than 4 times too large,
   // because a new one changes the thickness of contacts.
   void update_resolution();
@@ -171,8 +180,8 @@ class StepReader {
   std::vector<AxisBox> bounds_;  // of each body's motion, in the topology's order
   std::vector<char> at_rest_;    // of each body, in the topology's order
   bool any_sleeper_takes_part_ = false;
-  // Bounds of the motion of the soft bodies that collide with obstacles, and their margin.
-  AxisBox obstacle_query_box_ = AxisBox::empty();
+  // Of each soft body that collides with obstacles: bounds of its motion, and the largest margin.
+  Obstacles::Boxes obstacle_boxes_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -159,5 +159,13 @@ void StepTopology::find_largest_margins(const SoftScene& soft) {
   }
 }
 
+std::int32_t first_side_index(const Topology& topology) {
+  return static_cast<std::int32_t>(3 * topology.faces.size() + topology.edges.size());
+}
+
+std::int32_t first_edge_index(const Topology& topology) {
+  return first_side_index(topology) + static_cast<std::int32_t>(3 * topology.faces.size());
+}
+
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

@@ -72,5 +72,10 @@ class StepTopology {
   std::vector<float> inverse_mass_for_detection_;
 };
 
+/// Contacts number the sides of soft faces and the soft edges after those that a detector may have:
+/// side k of face f is first_side_index() + 3 f + k, edge e is first_edge_index() + e.
+std::int32_t first_side_index(const Topology& topology);
+std::int32_t first_edge_index(const Topology& topology);
+
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

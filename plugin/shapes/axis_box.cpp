@@ -2,6 +2,8 @@
 
 #include <LinearMath/btAabbUtil2.h>
 
+#include <algorithm>
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
@@ -20,6 +22,11 @@ AxisBox AxisBox::transformed(const btTransform& pose) const {
   AxisBox result;
   btTransformAabb(lower, upper, 0, pose, result.lower, result.upper);
   return result;
+}
+
+bool overlaps_any(const std::vector<AxisBox>& boxes, const AxisBox& box) {
+  return std::any_of(boxes.begin(), boxes.end(),
+                     [&box](const AxisBox& other) { return other.overlaps(box); });
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -4,6 +4,8 @@
 #include <LinearMath/btTransform.h>
 #include <LinearMath/btVector3.h>
 
+#include <vector>
+
 #include "lazyccd/bullet/precision.h"
 
 namespace lazyccd::bullet {
@@ -32,6 +34,9 @@ struct AxisBox {
   /// The bounding box of this box moved by `pose`.
   AxisBox transformed(const btTransform& pose) const;
 };
+
+/// Whether one of `boxes` overlaps `box`.
+bool overlaps_any(const std::vector<AxisBox>& boxes, const AxisBox& box);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

@@ -71,6 +71,7 @@ void Pipeline::update_surfaces() {
 
 bool Pipeline::handle_pair(btSoftBody* a, btSoftBody* b) noexcept {
   reader_.accept_pair(*a, *b);
+  if (scene().excluded().contains(a) || scene().excluded().contains(b)) return true;
   if (!ran_last_step_ || is_cluster_pair(*a, *b) || !scene().accepts(a) || !scene().accepts(b))
     return false;
   if (!scene().flags().ask_for(*a, *b)) {
@@ -105,15 +106,16 @@ bool Pipeline::replaces_contacts(const btSoftBody* body,
 
 bool Pipeline::handle_pair(const btSoftBody* body, const btCollisionObject* rigid) noexcept {
   reader_.accept_pair(*body, *rigid);
-  return replaces_contacts(body, rigid);
+  return scene().excluded().contains(body) || replaces_contacts(body, rigid);
 }
 
-void Pipeline::begin_step(const Bodies& bodies, bool is_own_solver) noexcept {
+void Pipeline::begin_step(const Bodies& bodies, bool is_own_solver,
+                          const ExcludedBodies::Forces* forces) noexcept {
   std::size_t nodes = 0;
   for (int i = 0; i < bodies.size(); ++i)
     nodes += static_cast<std::size_t>(bodies[i]->m_nodes.size());
   thread_choice_.begin_step(nodes);
-  reader_.begin_step(bodies, is_own_solver);
+  reader_.begin_step(bodies, is_own_solver, forces);
   motors_.begin_step();
 }
 
@@ -251,7 +253,8 @@ void Pipeline::take_changes(const StepReader::Changes& changes) {
   filter_.read_anchors();
   touching_.begin_step();
   try {
-    if (changes.topology || detector_.would_change(largest_thickness())) set_topology();
+    if (changes.topology || detector_.would_change(largest_thickness()))
+      set_topology(changes.placed_bodies);
     find_embedded(changes.placed_bodies);
     if (!changes.placed_bodies.empty()) {
       for (const std::int32_t body : changes.placed_bodies) untangling_.place(body);
@@ -267,7 +270,7 @@ void Pipeline::take_changes(const StepReader::Changes& changes) {
 bool Pipeline::reread_obstacles_if_left() {
   if (!responded_ || !reader_.reread_obstacles_if_left()) return false;
   update_surfaces();
-  set_topology();
+  set_topology({});
   if (untangling_.pushes())
     untangling_.read(find_intersections(), topology().topology(), detector_.edges(), motion());
   surfaces_.set_moved_apart(untangling_.pairs());
@@ -291,14 +294,15 @@ NearContacts Pipeline::find_near_contacts() {
   return near;
 }
 
-void Pipeline::set_topology() {
-  response_.renumber(scene_numbers_.update(topology()));
+void Pipeline::set_topology(const std::vector<std::int32_t>& changed_bodies) {
+  const Renumbering numbers = scene_numbers_.update(topology());
+  response_.renumber(numbers);
   untangling_.set_ids(topology().ids());
   embedded_.set_topology(topology(), reader_.sleepers().left_out_count() > 0);
   filter_.set_embedded(embedded_.parts(), embedded_.pinned());
   filter_.set_topology();
-  detector_.set_topology(largest_thickness());
-  surfaces_.limit_thickness(detector_.largest_thickness());
+  detector_.set_topology(largest_thickness(), numbers, changed_bodies);
+  surfaces_.limit_thickness(detector_.thickness_limits());
 }
 
 void Pipeline::find_embedded(const std::vector<std::int32_t>& placed_bodies) {
@@ -418,8 +422,8 @@ void Pipeline::report_intersections(const std::vector<std::int32_t>& placed_bodi
 }
 
 double Pipeline::largest_thickness() const {
-  return std::max(reader_.largest_resolution(),
-                  options_.thickness >= 0 ? options_.thickness : topology().largest_margins());
+  const double wanted = options_.thickness >= 0 ? options_.thickness : topology().largest_margins();
+  return std::max(wanted, reader_.largest_resolution(wanted));
 }
 
 void Pipeline::collect_contacts() {

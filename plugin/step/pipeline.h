@@ -44,8 +44,10 @@ class Pipeline {
   /// The same for a pair from Bullet's dispatcher.
   bool handle_pair(const btSoftBody* body, const btCollisionObject* rigid) noexcept;
   /// Starts a step. Call it before Bullet moves anything, because Bullet then clears its marks of
-  /// changed topology. `is_own_solver`: the solver's class is the application's.
-  void begin_step(const Bodies& bodies, bool is_own_solver) noexcept;
+  /// changed topology. `is_own_solver`: the solver's class is the application's. `forces`: of a
+  /// deformable world.
+  void begin_step(const Bodies& bodies, bool is_own_solver,
+                  const ExcludedBodies::Forces* forces = nullptr) noexcept;
   /// Starts the next step's detection on another thread. Call it when this step has been written.
   void detect_ahead() noexcept;
 
@@ -82,6 +84,7 @@ class Pipeline {
     if (responded_) bullet::write_rigid_bodies(topology(), motion());
   }
   const std::vector<StepContact>& contacts() const { return contacts_; }
+  std::vector<ExcludedBody> excluded_bodies() const { return scene().excluded().all(); }
   /// Draws the last step; nothing if it ran without LazyCCD.
   void debug_draw(btIDebugDraw& drawer, const DebugDrawOptions& options);
   /// Ends the step and calls SolverOptions::on_contacts if there are contacts. Call it when nodes
@@ -117,7 +120,7 @@ class Pipeline {
   // obstacles of a larger region, and with them surfaces, topology and intersections. Returns true
   // if it did; the step must be detected again then.
   bool reread_obstacles_if_left();
-  void set_topology();
+  void set_topology(const std::vector<std::int32_t>& changed_bodies);
   // Finds the pinned nodes inside of bodies that nothing moves, around bodies that were placed.
   void find_embedded(const std::vector<std::int32_t>& placed_bodies);
   // Takes the nodes that have no way out of an obstacle.

@@ -1,7 +1,9 @@
-// Whether anything was added to Bullet's broad phase or removed from it.
+// What is in Bullet's broad phase, and whether anything was added to it or removed.
 #pragma once
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
+
+#include <functional>
 
 #include "lazyccd/bullet/precision.h"
 
@@ -19,6 +21,11 @@ class BroadphaseMembers {
   const btDbvtBroadphase* tree_ = nullptr;
   int count_ = 0, last_id_ = 0, collisions_ = 0;
 };
+
+/// Calls `visit` for each proxy, in no defined order. `broadphase` may be null. Of Bullet's usual
+/// broad phase it reads the lists: the tree loses proxies once the bounds of one were not finite.
+void for_each_proxy(btBroadphaseInterface* broadphase,
+                    const std::function<void(const btBroadphaseProxy&)>& visit);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

@@ -22,7 +22,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
 // Requests a face tree, as in btDeformableBodySolver::predictDeformableMotion().
-constexpr int face_tree_flag = btSoftBody::fCollision::SDF_RD;
+constexpr int face_tree_flag_sdf_rd = btSoftBody::fCollision::SDF_RD;
 
 // Position at which btDeformableBodySolver::applyTransforms would put a node, including its limit
 // on the velocity.
@@ -84,6 +84,9 @@ const StepStats& btLazyDeformableBodySolver::step_stats() const { return pipelin
 const StepStats& btLazyDeformableBodySolver::total_stats() const {
   return pipeline_->total_stats();
 }
+std::vector<ExcludedBody> btLazyDeformableBodySolver::excluded_bodies() const {
+  return pipeline_->excluded_bodies();
+}
 std::string btLazyDeformableBodySolver::status() const { return pipeline_->status(); }
 void btLazyDeformableBodySolver::debug_draw(btIDebugDraw& drawer,
                                             const DebugDrawOptions& options) const {
@@ -102,7 +105,7 @@ void btLazyDeformableBodySolver::teleported(const btCollisionObject& body) {
   pipeline_->teleported(body);
 }
 void btLazyDeformableBodySolver::build_trees(btSoftBody& body) {
-  SoftBodyDbvt::build_trees(body, face_tree_flag);
+  SoftBodyDbvt::build_trees(body, face_tree_flag_sdf_rd);
 }
 bool btLazyDeformableBodySolver::is_active() const { return pipeline_->ran_last_step(); }
 
@@ -198,14 +201,15 @@ bool btLazyDeformableBodySolver::needs(const btSoftBody& sleeper) const {
 
 void btLazyDeformableBodySolver::predictMotion(btScalar solverdt) {
   LAZYCCD_BT_PROFILE("predict");
-  pipeline_->begin_step(all_bodies_, typeid(*this) != typeid(btLazyDeformableBodySolver));
+  pipeline_->begin_step(all_bodies_, typeid(*this) != typeid(btLazyDeformableBodySolver),
+                        &m_objective->m_lf);
   expected_contacts_->begin_step();
   // The contact lists of sleeping bodies stay as they are, as with Bullet.
   slept_.clear();
   for (int i = 0; i < all_bodies_.size(); ++i)
     if (!all_bodies_[i]->isActive()) slept_.push_back(all_bodies_[i]);
   std::sort(slept_.begin(), slept_.end());
-  dbvt_->begin_prediction(all_bodies_, face_tree_flag, !pipeline_->ran_last_step());
+  dbvt_->begin_prediction(all_bodies_, face_tree_flag_sdf_rd, !pipeline_->ran_last_step());
   if (pipeline_->ran_last_step()) dbvt_->hide_nodes(all_bodies_);
   if (m_implicit) {
     btDeformableBodySolver::predictMotion(solverdt);
@@ -275,9 +279,14 @@ void btLazyDeformableBodySolver::solveDeformableConstraints(btScalar solverdt) {
 
 void btLazyDeformableBodySolver::solve_momentum_equation(btScalar time_step) {
   LAZYCCD_BT_PROFILE("momentum equation");
+  std::vector<int> lost;
+  for (const ExcludedBody& excluded : pipeline_->excluded_bodies()) {
+    const int body = m_softBodies.findLinearSearch(excluded.body);
+    if (body < m_softBodies.size()) lost.push_back(body);
+  }
   if (m_implicit || m_useProjection ||
       !momentum_equation_->solve(*m_objective, time_step, m_cr.m_maxIterations, m_cr.m_tolerance,
-                                 *side_by_side_, *expected_contacts_, m_residual, m_dv)) {
+                                 *side_by_side_, lost, *expected_contacts_, m_residual, m_dv)) {
     btDeformableBodySolver::solveDeformableConstraints(time_step);
     return;
   }

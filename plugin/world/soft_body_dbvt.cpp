@@ -7,8 +7,8 @@
 #include <random>
 
 #include "bodies/side_by_side.h"
-#include "scene/soft_body_nodes.h"
 #include "util/disjoint_sets.h"
+#include "util/soft_body_nodes.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

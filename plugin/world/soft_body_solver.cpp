@@ -24,7 +24,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
 // Requests a face tree, as in btSoftBody::predictMotion().
-constexpr int face_tree_flag = btSoftBody::fCollision::VF_SS;
+constexpr int face_tree_flag_vf_ss = btSoftBody::fCollision::VF_SS;
 
 // For a body that this step's collisions woke. Otherwise it would act on the contacts, and start
 // from the positions, of an old step.
@@ -63,6 +63,9 @@ btLazySoftBodySolver::~btLazySoftBodySolver() = default;
 Span<const StepContact> btLazySoftBodySolver::contacts() const { return pipeline_->contacts(); }
 const StepStats& btLazySoftBodySolver::step_stats() const { return pipeline_->step_stats(); }
 const StepStats& btLazySoftBodySolver::total_stats() const { return pipeline_->total_stats(); }
+std::vector<ExcludedBody> btLazySoftBodySolver::excluded_bodies() const {
+  return pipeline_->excluded_bodies();
+}
 std::string btLazySoftBodySolver::status() const { return pipeline_->status(); }
 void btLazySoftBodySolver::debug_draw(btIDebugDraw& drawer, const DebugDrawOptions& options) const {
   pipeline_->debug_draw(drawer, options);
@@ -76,7 +79,7 @@ void btLazySoftBodySolver::teleported(const btCollisionObject& body) {
   pipeline_->teleported(body);
 }
 void btLazySoftBodySolver::build_trees(btSoftBody& body) {
-  SoftBodyDbvt::build_trees(body, face_tree_flag);
+  SoftBodyDbvt::build_trees(body, face_tree_flag_vf_ss);
 }
 
 void btLazySoftBodySolver::handle_pair(btSoftBody* a, btSoftBody* b) {
@@ -88,7 +91,7 @@ void btLazySoftBodySolver::handle_pair(btSoftBody* a, btSoftBody* b) {
 void btLazySoftBodySolver::predictMotion(btScalar solverdt) {
   LAZYCCD_BT_PROFILE("predict");
   pipeline_->begin_step(m_softBodySet, typeid(*this) != typeid(btLazySoftBodySolver));
-  dbvt_->begin_prediction(m_softBodySet, face_tree_flag, !pipeline_->ran_last_step());
+  dbvt_->begin_prediction(m_softBodySet, face_tree_flag_vf_ss, !pipeline_->ran_last_step());
   predict(solverdt);
   dbvt_->end_prediction();
   // The contact lists of sleeping bodies stay as they are, as with Bullet.

@@ -206,6 +206,28 @@ TEST_CASE("assertions on kept contacts fail where they must") {
         "a detection leaves out the pairs of bodies that stay in place");
 }
 
+TEST_CASE("assertions on renumbered contacts fail where they must") {
+  if (!lazyccd::test::finds_failed_beliefs) return;
+  const VerticesAboveFace scene;
+  const std::vector<double> distances = {1, 1};
+  const PrimitiveIndices::OfBody vertices{{0, 2}, {0, 0}, {0, 0}, {0, 0}},
+      face{{2, 5}, {0, 1}, {0, 0}, {0, 9}};
+  const Renumbering same{{0, 1}, {0, 1, 2, 3, 4}};
+  const PrimitiveIndices before({vertices, face}, 5, 20), after({vertices, face}, 0, 20);
+  CHECK(failed_belief([&] { const ContactRenumbering renumbering(before, after, same, {0}); }) ==
+        "each body has changed or not");
+  Contact first = VerticesAboveFace::contact(0), second = first;
+  first.kind = second.kind = ContactKind::edge_edge;
+  first.primitive_b = 4;
+  second.primitive_b = 5;  // a side of a face, which is first there
+  ContactCache cache;
+  cache.begin(scene.motion, distances);
+  cache.take({first, second}, distances);
+  const ContactRenumbering renumbering(before, after, same, {0, 0});
+  CHECK(failed_belief([&] { cache.renumber(renumbering, scene.motion.start.size()); }) ==
+        "renumbering keeps the order of contacts");
+}
+
 TEST_CASE("assertions on what the response is given fail where they must") {
   if (!lazyccd::test::finds_failed_beliefs) return;
   VerticesAboveFace scene;

@@ -19,10 +19,13 @@
 
 #include <map>
 
+#include "scenes/meshes/shapes.h"
+
 namespace lazyccd::test {
 namespace {
 
 using scenes::Triangles;
+using scenes::vector;
 
 Triangles hull_of(const std::vector<btVector3>& points) {
   btConvexHullComputer computer;
@@ -93,10 +96,6 @@ std::unique_ptr<btTriangleMesh> bumpy(double size, RandomSource& random) {
     }
   }
   return mesh;
-}
-
-btVector3 vector(double x, double y, double z) {
-  return btVector3(scalar(x), scalar(y), scalar(z));
 }
 
 // A capsule or a cone, about any axis.

@@ -6,16 +6,15 @@
 #include <vector>
 
 #include "scenes/meshes/cloth.h"
+#include "scenes/meshes/shapes.h"
 #include "scenes/meshes/solid.h"
 
 namespace lazyccd::test {
 namespace {
 
-using Body = std::unique_ptr<btSoftBody>;
+using scenes::vector;
 
-btVector3 vector(double x, double y, double z) {
-  return btVector3(static_cast<btScalar>(x), static_cast<btScalar>(y), static_cast<btScalar>(z));
-}
+using Body = std::unique_ptr<btSoftBody>;
 
 // Makes a body of triangles, with a link for each edge.
 Body body_of(btSoftBodyWorldInfo& info, const std::vector<btVector3>& points,

@@ -39,6 +39,7 @@ class DeformableWorld : public WorldWith<bullet::btLazyDeformableBodySolver> {
   }
 
   btSoftBodyWorldInfo& info() override { return world_->getWorldInfo(); }
+  btDiscreteDynamicsWorld& dynamics() override { return *world_; }
 
  private:
   static btScalar stiffness(const WorldOptions& options) {
@@ -49,7 +50,6 @@ class DeformableWorld : public WorldWith<bullet::btLazyDeformableBodySolver> {
     world_ = std::make_unique<World>(&base_.dispatcher, &base_.broadphase, &constraints_,
                                      &base_.configuration, solver);
   }
-  btDiscreteDynamicsWorld& dynamics() override { return *world_; }
   void enter(btSoftBody* body, int group, int mask) override {
     using Flag = btSoftBody::fCollision;
     body->m_cfg.collisions = Flag::SDF_RD | Flag::SDF_RDN | Flag::SDF_RDF | Flag::VF_DD;

@@ -60,6 +60,7 @@ class PhysicsWorld {
   const WorldOptions& options() const { return options_; }
 
   virtual btSoftBodyWorldInfo& info() = 0;
+  virtual btDiscreteDynamicsWorld& dynamics() = 0;
   /// Adds a soft body. Sets its materials, margin and collision flags as all scenes of that world
   /// have them.
   void add(std::unique_ptr<btSoftBody> body, int group = btBroadphaseProxy::DefaultFilter,
@@ -90,8 +91,6 @@ class PhysicsWorld {
 
  protected:
   explicit PhysicsWorld(const WorldOptions& options) : options_(options) {}
-
-  virtual btDiscreteDynamicsWorld& dynamics() = 0;
 
  private:
   virtual void enter(btSoftBody* body, int group, int mask) = 0;

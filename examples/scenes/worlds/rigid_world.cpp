@@ -24,6 +24,7 @@ class RigidWorld : public WorldWith<bullet::btLazySoftBodySolver> {
   }
 
   btSoftBodyWorldInfo& info() override { return world_->getWorldInfo(); }
+  btDiscreteDynamicsWorld& dynamics() override { return *world_; }
 
  private:
   // Null: Bullet makes a solver of its own.
@@ -31,7 +32,6 @@ class RigidWorld : public WorldWith<bullet::btLazySoftBodySolver> {
     if (lazy_) return lazy_.get();
     return options().collisions == Collisions::mended_bullet ? &mended_ : nullptr;
   }
-  btDiscreteDynamicsWorld& dynamics() override { return *world_; }
   void enter(btSoftBody* body, int group, int mask) override {
     body->m_materials[0]->m_kLST = btScalar(0.9);
     body->m_cfg.piterations = 10;

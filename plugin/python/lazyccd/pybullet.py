@@ -16,7 +16,7 @@ import functools
 import threading
 from importlib import metadata
 from pathlib import Path
-from typing import Any, Dict, List, Union
+from typing import Any, Dict, List, NamedTuple, Union
 
 import numpy as np
 import pybullet as _p
@@ -113,6 +113,26 @@ def options(physicsClientId: int = 0, **values: Union[float, bool, str]) -> Dict
 def status(physicsClientId: int = 0) -> str:
     """What LazyCCD does in this world, the backend in use, and a line for all that was left out or failed."""
     return _execute("status", physicsClientId).decode()
+
+
+class ExcludedBody(NamedTuple):
+    """A soft body that collision detection leaves out because it is lost. It pushes nothing."""
+
+    body: int
+    """Unique id of PyBullet."""
+    node: int
+    """A node that shows the reason, as in ``getMeshData``; -1: the whole body does."""
+    reason: str
+    """``not_finite``, ``overflow``, ``inverted`` or ``unresolved_step``: ExclusionReason in lazyccd/bullet/report.h."""
+
+
+_REASONS = ("not_finite", "overflow", "inverted", "unresolved_step")
+
+
+def excluded_bodies(physicsClientId: int = 0) -> List[ExcludedBody]:
+    """The bodies that the last step left out. They take part again when they are right again."""
+    records = np.frombuffer(_execute("excluded", physicsClientId), np.int32).reshape(-1, 3).tolist()
+    return [ExcludedBody(body, node, _REASONS[reason]) for body, node, reason in records]
 
 
 def stats(total: bool = False, physicsClientId: int = 0) -> Dict[str, Any]:

@@ -155,6 +155,12 @@ std::string Attachment::status() const {
   return note_;
 }
 
+std::vector<bullet::ExcludedBody> Attachment::excluded_bodies() const {
+  if (deformable_) return deformable_->excluded_bodies();
+  if (soft_) return soft_->excluded_bodies();
+  return {};
+}
+
 StepStats Attachment::step_stats() const {
   return deformable_ ? deformable_->step_stats() : soft_ ? soft_->step_stats() : StepStats();
 }

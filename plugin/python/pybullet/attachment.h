@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 class btDefaultSoftBodySolver;
 class btDiscreteDynamicsWorld;
@@ -35,6 +36,7 @@ class Attachment {
 
   btDiscreteDynamicsWorld& world() const { return *world_; }
   std::string status() const;
+  std::vector<bullet::ExcludedBody> excluded_bodies() const;
   bullet::StepStats step_stats() const;   ///< of the last step; zero if the world was left alone
   bullet::StepStats total_stats() const;  ///< since the solver was put there
   Span<const bullet::StepContact> contacts() const;

@@ -4,7 +4,7 @@
 //
 //   on, off              in this world and in later ones
 //   set NAME VALUE ...   options, all or none; the world's solver starts anew
-//   options, status, stats, total_stats, contacts
+//   options, status, excluded, stats, total_stats, contacts
 //
 // All functions run on the server's thread, apart from lazyccd_pybullet_reply().
 #include <SharedMemory/PhysicsCommandProcessorInterface.h>
@@ -92,6 +92,8 @@ class Plugin {
     }
     if (verb == "options") return options_text(options_);
     if (verb == "status") return status();
+    if (verb == "excluded")
+      return attachment_ ? excluded_records(attachment_->excluded_bodies()) : std::string();
     if (verb == "stats") return stats_text(attachment_ ? attachment_->step_stats() : Stats());
     if (verb == "total_stats") return stats_text(total_stats());
     if (verb == "contacts") {

@@ -68,6 +68,16 @@ std::string contact_records(Span<const StepContact> contacts) {
   return bytes;
 }
 
+std::string excluded_records(const std::vector<bullet::ExcludedBody>& bodies) {
+  std::string bytes;
+  for (const bullet::ExcludedBody& excluded : bodies) {
+    const std::int32_t record[] = {excluded.body->getUserIndex2(), excluded.node,
+                                   static_cast<std::int32_t>(excluded.reason)};
+    bytes.append(reinterpret_cast<const char*>(record), sizeof record);
+  }
+  return bytes;
+}
+
 std::string stats_text(const StepStats& s) {
   std::string lines;
   StepStats::for_each_member([&](const char* name, auto member) {

@@ -5,12 +5,16 @@
 #include <lazyccd/span.h>
 
 #include <string>
+#include <vector>
 
 namespace lazyccd::pybullet {
 
 /// The contacts as records of contact_dtype in lazyccd/pybullet.py, one after the other. Bodies and
 /// links have PyBullet's numbers; -1: the base, or no node.
 std::string contact_records(Span<const bullet::StepContact> contacts);
+
+/// Three 32-bit integers for each body: its number in PyBullet, the node or -1, the reason.
+std::string excluded_records(const std::vector<bullet::ExcludedBody>& bodies);
 
 /// One line for each member: its name, a blank, its value.
 std::string stats_text(const bullet::StepStats& stats);

@@ -7,6 +7,7 @@
 #include <BulletSoftBody/btDeformableNeoHookeanForce.h>
 
 #include "plugin/bodies/bullet_twin.h"
+#include "plugin/support/tetrahedra.h"
 #include "scenes/meshes/cloth.h"
 #include "scenes/meshes/solid.h"
 
@@ -47,6 +48,7 @@ void build(DeformableTwin& twin, Springs springs, bool has_wind, bool has_solids
   for (int i = 0; i < 3 && has_solids; ++i) {
     const btVector3 centre(5, btScalar(3 * i), 0);
     solids.push_back(twin.add(scenes::make_ball(twin.info(), 4, 1, centre, 0.5)));
+    orient_tetrahedra(*solids.back());
     solids.back()->setVelocity(btVector3(0, 0, 1));
     solids.back()->addVelocity(btVector3(0, 4, 0), 3);
   }

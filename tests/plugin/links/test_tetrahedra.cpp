@@ -17,7 +17,7 @@ using scenes::World;
 
 namespace {
 
-constexpr double side = 0.4, margin = 0.02;
+constexpr double side = 0.4, cube_margin = 0.02;
 
 // A cube around the origin, of cells^3 cells with five tetrahedra each.
 std::unique_ptr<btSoftBody> make_cube(btSoftBodyWorldInfo& info, int cells, double mass) {
@@ -82,7 +82,7 @@ struct Cubes {
 
   btSoftBody* add(std::unique_ptr<btSoftBody> made, double height, int iterations) {
     made->translate(btVector3(0, btScalar(height), 0));
-    btSoftBody* const body = w.add(std::move(made), margin);
+    btSoftBody* const body = w.add(std::move(made), cube_margin);
     body->m_cfg.piterations = iterations;
     return body;
   }
@@ -101,7 +101,7 @@ TEST_CASE("a cube of tetrahedra that falls flat does not turn inside out") {
   CHECK(most <= 2);
   CHECK(inverted_count(cube) == 0);
   CHECK_THAT(static_cast<double>(center_of(cube).y()),
-             Matchers::WithinAbs(side / 2 + margin, 0.02));
+             Matchers::WithinAbs(side / 2 + cube_margin, 0.02));
   CHECK(speed(cube) < 0.1);
 }
 
@@ -128,7 +128,7 @@ TEST_CASE("a stack of cubes of tetrahedra stands") {
     CAPTURE(i);
     const btVector3 center = center_of(*stack[static_cast<std::size_t>(i)]);
     CHECK_THAT(static_cast<double>(center.y()),
-               Matchers::WithinAbs(0.22 + (side + 2 * margin) * i, 0.06));
+               Matchers::WithinAbs(0.22 + (side + 2 * cube_margin) * i, 0.06));
     CHECK(btVector3(center.x(), 0, center.z()).length() < btScalar(0.1));
     CHECK(inverted_count(*stack[static_cast<std::size_t>(i)]) == 0);
     CHECK(speed(*stack[static_cast<std::size_t>(i)]) < 0.2);

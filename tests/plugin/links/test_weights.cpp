@@ -18,7 +18,7 @@ using scenes::World;
 namespace {
 
 constexpr int nodes = 17;  // along a side of the cloth
-constexpr double radius = 0.25, cloth_margin = 0.02;
+constexpr double ball_radius = 0.25, cloth_margin = 0.02;
 
 struct Hammock {
   ObstacleWorld w;
@@ -46,15 +46,15 @@ struct Hammock {
   }
 
   void add_ball(double mass) {
-    weight = w.add(std::make_unique<btSphereShape>(static_cast<btScalar>(radius)),
-                   btVector3(0, static_cast<btScalar>(radius + 0.05), 0), mass);
+    weight = w.add(std::make_unique<btSphereShape>(static_cast<btScalar>(ball_radius)),
+                   btVector3(0, static_cast<btScalar>(ball_radius + 0.05), 0), mass);
     weight->setActivationState(DISABLE_DEACTIVATION);
   }
 
   void anchor_nodes_below() {
     for (int i = 0; i < cloth->m_nodes.size(); ++i) {
       const btVector3& x = cloth->m_nodes[i].m_x;
-      if (btVector3(x.x(), 0, x.z()).length() < btScalar(0.8 * radius))
+      if (btVector3(x.x(), 0, x.z()).length() < btScalar(0.8 * ball_radius))
         cloth->appendAnchor(i, weight, true, 1);
     }
   }
@@ -63,7 +63,7 @@ struct Hammock {
     int count = 0;
     for (int i = 0; i < cloth->m_nodes.size(); ++i)
       count += cloth->m_nodes[i].m_x.distance(weight->getCenterOfMassPosition()) <
-               btScalar(radius - 0.001);
+               btScalar(ball_radius - 0.001);
     return count;
   }
 };

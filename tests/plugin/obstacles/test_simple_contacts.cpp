@@ -77,7 +77,7 @@ TEST_CASE("an obstacle that a node starts in is given up, and no other") {
   REQUIRE(drape.topology.bodies().size() == 3);
   std::vector<Contact> found;
   for (int round = 0; round < 2; ++round) {  // a new topology begins anew
-    drape.contacts.set_topology();
+    drape.contacts.set_topology({});
     CHECK(filters_of(drape)[1].layer == 0);
     CHECK(filters_of(drape)[2].layer == 0);
     CHECK(!drape.contacts.find_near(simple_margin + 0.05, found));

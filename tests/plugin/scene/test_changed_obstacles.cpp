@@ -189,8 +189,9 @@ TEST_CASE("obstacles are forgotten where no soft body is any more") {
     bullet::AxisBox swept = bullet::AxisBox::empty();
     swept.add(vector(-0.5, -0.1, -0.5));
     swept.add(vector(farthest, 0.1, 0.5));
-    if (obstacles.update(bodies, swept, 1e-3, warnings)) obstacles.read_triangles(swept, warnings);
-    CHECK(obstacles.has_read(swept));
+    if (obstacles.update(bodies, {swept}, 1e-3, warnings))
+      obstacles.read_triangles({swept}, warnings);
+    CHECK(obstacles.has_read({swept}));
     return obstacles.records().size();
   };
   const std::size_t before = near(0.5);

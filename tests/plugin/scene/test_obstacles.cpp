@@ -155,9 +155,10 @@ TEST_CASE("a wanted region is read although positions are rounded by the width o
     bodies.push_back(cloth);
     obstacles.begin_step(bodies);
     obstacles.read_poses(bodies, 1, warnings);
-    if (obstacles.update(bodies, swept, 1e-5, warnings)) obstacles.read_triangles(swept, warnings);
+    if (obstacles.update(bodies, {swept}, 1e-5, warnings))
+      obstacles.read_triangles({swept}, warnings);
     CHECK(obstacles.records().size() == 1);
-    CHECK(obstacles.has_read(swept));
+    CHECK(obstacles.has_read({swept}));
   }
 }
 
@@ -470,8 +471,8 @@ TEST_CASE("if soft bodies move only obstacles read in part are read again") {
     obstacles.begin_step(bodies);
     const bullet::AxisBox box = {middle - half, middle + half};
     obstacles.read_poses(bodies, 1, warnings);
-    const bool changed = obstacles.update(bodies, box, depth, warnings);
-    if (changed) obstacles.read_triangles(box, warnings);
+    const bool changed = obstacles.update(bodies, {box}, depth, warnings);
+    if (changed) obstacles.read_triangles({box}, warnings);
     REQUIRE(obstacles.records().size() == 2);
     return changed;
   };

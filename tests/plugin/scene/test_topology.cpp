@@ -232,8 +232,8 @@ TEST_CASE("the search distance is the largest sum of margins of two bodies that 
     obstacles.begin_step(bodies);
     const btVector3 far(2, 2, 2);
     obstacles.read_poses(bodies, 1, warnings);
-    if (obstacles.update(bodies, {-far, far}, 0.005, warnings))
-      obstacles.read_triangles(bullet::AxisBox::empty(), warnings);
+    if (obstacles.update(bodies, {{-far, far}}, 0.005, warnings))
+      obstacles.read_triangles({}, warnings);
     REQUIRE(obstacles.records().size() == 1);
     bullet::StepTopology topology;
     topology.update(scene, obstacles, true);

@@ -144,7 +144,7 @@ struct DrapedContacts {
         filter(draped.reader().scene(), topology, motion, surfaces),
         contacts(topology, motion, surfaces, filter) {
     filter.read_anchors();
-    contacts.set_topology();
+    contacts.set_topology({});
   }
 
   const bullet::StepTopology& topology;

@@ -171,6 +171,9 @@ class ObstacleWorld {
     is_rigid() ? soft_.debug_draw(drawer, options) : deformable_.debug_draw(drawer, options);
   }
   std::string status() const { return is_rigid() ? soft_.status() : deformable_.status(); }
+  std::vector<bullet::ExcludedBody> excluded_bodies() const {
+    return is_rigid() ? soft_.excluded_bodies() : deformable_.excluded_bodies();
+  }
 
  private:
   btSoftBodyRigidBodyCollisionConfiguration configuration_;

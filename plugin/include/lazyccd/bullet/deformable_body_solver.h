@@ -54,11 +54,12 @@ class LAZYCCD_BULLET_API btLazyDeformableBodySolver : public btDeformableBodySol
   btLazyDeformableBodySolver(const btLazyDeformableBodySolver&) = delete;
   btLazyDeformableBodySolver& operator=(const btLazyDeformableBodySolver&) = delete;
 
-  // The following nine are as in btLazySoftBodySolver.
+  // The following ten are as in btLazySoftBodySolver.
   Span<const StepContact> contacts() const;
   const StepStats& step_stats() const;
   const StepStats& total_stats() const;
   std::string status() const;
+  std::vector<ExcludedBody> excluded_bodies() const;
   void debug_draw(btIDebugDraw& drawer, const DebugDrawOptions& options = {}) const;
   void topology_changed();
   void teleported(const btCollisionObject& body);

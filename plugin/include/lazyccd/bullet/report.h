@@ -99,6 +99,23 @@ void StepStats::for_each_member(const Visit& visit) {
   visit("ms_write", &StepStats::ms_write);
 }
 
+/// Why a soft body takes no part in collision detection.
+enum class ExclusionReason {
+  not_finite,      ///< a position
+  overflow,        ///< its bounds are larger than Bullet accepts, which disables it for that
+  inverted,        ///< around a node, tetrahedra at rest that a force acts on are inverted
+  unresolved_step  ///< a node moves 500 m in a step, or so far that its coordinates cannot resolve
+                   ///< a tenth of the thickness
+};
+
+/// A soft body that the last step left out. It pushes nothing. It takes part again when it is right
+/// again.
+struct ExcludedBody {
+  btSoftBody* body;
+  int node;  ///< a node that shows the reason, or -1 if the whole body does
+  ExclusionReason reason;
+};
+
 /// One contact of a step: a vertex and a face, or two edges, that touched or that an impulse kept
 /// apart. The pointers are valid until bodies or their topology change.
 struct StepContact {

@@ -49,6 +49,8 @@ class LAZYCCD_BULLET_API btLazySoftBodySolver : public btDefaultSoftBodySolver, 
   const StepStats& total_stats() const;  ///< summed over all steps
   /// The backend in use, then one line for each thing that was left out or failed.
   std::string status() const;
+  /// The soft bodies that the last step left out because they are lost. status() names them too.
+  std::vector<ExcludedBody> excluded_bodies() const;
   /// Draws the contacts, islands, impact zones and held nodes of the last step; see
   /// DebugDrawOptions. Call it between two steps. It does not ask for the drawer's mode. Steps that
   /// are not drawn cost no more for it.

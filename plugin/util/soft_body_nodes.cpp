@@ -1,4 +1,4 @@
-#include "scene/soft_body_nodes.h"
+#include "util/soft_body_nodes.h"
 
 #include <cmath>
 #include <functional>

@@ -1,0 +1,95 @@
+#include "shapes/read_regions.h"
+
+#include <algorithm>
+#include <cstddef>
+
+#include "settings.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+// Whether the box was once needed, and is not any more.
+bool is_far_larger(const AxisBox& box, const AxisBox& needed) {
+  const btVector3 size = box.upper - box.lower,
+                  limit = settings::regions::largest_excess * (needed.upper - needed.lower);
+  return size.x() > limit.x() || size.y() > limit.y() || size.z() > limit.z();
+}
+
+btScalar diagonal(const AxisBox& box) { return (box.upper - box.lower).length(); }
+
+bool are_near(const AxisBox& a, const AxisBox& b) {
+  AxisBox both = a;
+  both.add(b);
+  return diagonal(both) <= settings::regions::group_distance * (diagonal(a) + diagonal(b));
+}
+
+// What a region is needed for. `region`: empty if there is none yet.
+struct Group {
+  AxisBox needed, region;
+};
+
+// Adds a box, and unites it with all groups that are near.
+void add(AxisBox box, std::vector<Group>& groups) {
+  const auto is_near = [&box](const Group& group) { return are_near(group.needed, box); };
+  for (auto near = std::find_if(groups.begin(), groups.end(), is_near); near != groups.end();
+       near = std::find_if(groups.begin(), groups.end(), is_near)) {
+    box.add(near->needed);
+    groups.erase(near);
+  }
+  groups.push_back({box, AxisBox::empty()});
+}
+
+}  // namespace
+
+AxisBox enlarged(const AxisBox& box) {
+  if (box.is_empty()) return box;
+  const btVector3 size = box.upper - box.lower;
+  const btScalar spare = btScalar(0.25) * size[size.maxAxis()];
+  return box.expanded(btScalar(0.25) * size + btVector3(spare, spare, spare));
+}
+
+AxisBox bounds_of_overlapping(const std::vector<AxisBox>& boxes, const AxisBox& box) {
+  AxisBox bounds = AxisBox::empty();
+  for (const AxisBox& other : boxes)
+    if (other.overlaps(box)) bounds.add(other);
+  return bounds;
+}
+
+bool ReadRegions::update(const std::vector<AxisBox>& needed) {
+  std::vector<Group> groups;
+  for (const AxisBox& region : boxes_) groups.push_back({AxisBox::empty(), region});
+  std::vector<AxisBox> outside;
+  for (const AxisBox& box : needed) {
+    const auto holds = [&box](const Group& group) { return group.region.contains(box); };
+    const auto group = std::find_if(groups.begin(), groups.end(), holds);
+    if (group == groups.end()) {
+      outside.push_back(box);
+    } else {
+      group->needed.add(box);
+    }
+  }
+  const auto is_unused = [](const Group& group) { return group.needed.is_empty(); };
+  groups.erase(std::remove_if(groups.begin(), groups.end(), is_unused), groups.end());
+  bool any_too_large = false;
+  for (Group& group : groups) {
+    if (!is_far_larger(group.region, enlarged(group.needed))) continue;
+    any_too_large = true;
+    group.region = AxisBox::empty();
+  }
+  for (const AxisBox& box : outside) add(box, groups);
+  boxes_.clear();
+  for (const Group& group : groups)
+    boxes_.push_back(group.region.is_empty() ? enlarged(group.needed) : group.region);
+  return any_too_large;
+}
+
+bool ReadRegions::contain(const std::vector<AxisBox>& needed) const {
+  return std::all_of(needed.begin(), needed.end(), [this](const AxisBox& box) {
+    return std::any_of(boxes_.begin(), boxes_.end(),
+                       [&box](const AxisBox& region) { return region.contains(box); });
+  });
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
