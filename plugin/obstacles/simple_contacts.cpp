@@ -35,12 +35,15 @@ bool SimpleContacts::may_be_met(const ObstaclePairs& obstacle) const {
 
 void SimpleContacts::set_topology(const std::vector<std::int32_t>& new_index) {
   std::vector<ObstaclePairs> obstacles = find_obstacle_pairs(topology_);
+  const auto index_of = [&new_index](std::int32_t old) {
+    const auto body = static_cast<std::size_t>(old);
+    return body < new_index.size() ? new_index[body] : -1;
+  };
   // Of the new obstacle: whether it and all that meets it are those of an old one.
-  const auto is_known = [&new_index](const ObstaclePairs& now, const ObstaclePairs& old) {
-    if (new_index[static_cast<std::size_t>(old.body)] != now.body) return false;
+  const auto is_known = [&index_of](const ObstaclePairs& now, const ObstaclePairs& old) {
+    if (index_of(old.body) != now.body) return false;
     std::vector<std::int32_t> met;
-    for (const std::int32_t s : old.soft_bodies)
-      met.push_back(new_index[static_cast<std::size_t>(s)]);
+    for (const std::int32_t s : old.soft_bodies) met.push_back(index_of(s));
     std::sort(met.begin(), met.end());
     return std::includes(met.begin(), met.end(), now.soft_bodies.begin(), now.soft_bodies.end());
   };

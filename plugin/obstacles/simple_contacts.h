@@ -27,7 +27,8 @@ class SimpleContacts {
 
   /// Chooses the obstacles that are met here. Call when indices or pair rules change, with the
   /// start of a motion. An obstacle that was given up stays so, unless it or a soft body that may
-  /// meet it is new or changed. `new_index`: by old body; -1 if it is gone or changed.
+  /// meet it is new or changed. `new_index`: by old body; -1 if it is gone or changed. Empty: all
+  /// are new.
   void set_topology(const std::vector<std::int32_t>& new_index);
   /// Meets no obstacle until the next set_topology().
   void clear() {
