@@ -190,6 +190,20 @@ def test_contacts_are_gone_with_a_removed_body_until_the_next_step(server, remov
 
 
 @pytest.mark.parametrize("world", [DEFORMABLE, 0])
+def test_a_lost_body_is_named_by_number_node_and_reason(server, world):
+    server.reset(world)
+    lost, other = server.cloth(3), server.cloth(0.3)
+    server.steps(1)
+    assert plugin.excluded_bodies(server.client) == []
+    server.resetBaseVelocity(lost, [0, 0, 1e30])
+    server.resetBasePositionAndOrientation(lost, [float("nan"), 0, 3], [0, 0, 0, 1])
+    server.steps(240)
+    (found,) = plugin.excluded_bodies(server.client)
+    assert found.body == lost and found.reason in ("not_finite", "overflow", "unresolved_step")
+    assert np.isfinite(server.nodes(other)).all() and server.height(other) < 0.2
+
+
+@pytest.mark.parametrize("world", [DEFORMABLE, 0])
 def test_off_and_on_while_it_runs(server, world):
     server.reset(world)
     lower, upper = server.cloth(0.3), server.cloth(0.6)

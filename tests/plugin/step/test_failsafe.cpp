@@ -5,6 +5,7 @@
 #include "random/random_source.h"
 #include "scenes/measures/intersections.h"
 #include "support/catch.h"
+#include "support/test_budget.h"
 
 using namespace lazyccd;
 using namespace lazyccd::test;
@@ -180,7 +181,7 @@ TEST_CASE("initial intersections are reported and do not get worse") {
 TEST_CASE("impulses are soon given up if everything sweeps through everything") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
-  constexpr unsigned scenes_tested = 10;
+  const auto scenes_tested = static_cast<unsigned>(repetitions(10));
   std::int64_t detections = 0;
   for (unsigned scene_seed = 1; scene_seed <= scenes_tested; ++scene_seed) {
     ObstacleWorld w(world, 0);
