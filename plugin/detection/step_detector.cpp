@@ -90,11 +90,6 @@ void StepDetector::set_near_topology() {
   primitives_ = PrimitiveIndices(topology_, near_detector_->edges());
 }
 
-void StepDetector::take_given_up() {
-  cache_.forget();
-  set_near_topology();
-}
-
 void StepDetector::mark_other_rules(const Renumbering& numbers,
                                     const std::vector<Body>& last_filters,
                                     const std::vector<BodyPair>& last_disabled,
@@ -265,7 +260,8 @@ NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
   ++counts_.detections;
   if (!simple_contacts_.find_near(separation_, near_simple_)) {
     prediction_.forget();
-    take_given_up();
+    cache_.forget();
+    set_near_topology();
   }
   if (others_may_meet_) {
     near = find_near_with_detector();

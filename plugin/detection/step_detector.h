@@ -102,8 +102,6 @@ class StepDetector {
   bool only_near_can_touch(const Positions& end) const;
   /// Gives near_detector_ the topology without the pairs of simple_contacts_.
   void set_near_topology();
-  /// The same after simple_contacts_ gave up obstacles. Keeps what is known about all others.
-  void take_given_up();
   /// Marks bodies that are not those of `numbers`, or collide with others than before.
   void mark_other_rules(const Renumbering& numbers, const std::vector<Body>& last_filters,
                         const std::vector<BodyPair>& last_disabled,
