@@ -131,16 +131,16 @@ bool StepDetector::find_others_may_meet(Span<const Body> filters) const {
 }
 
 double StepDetector::separation_for(double largest_thickness) const {
-  const auto longest = std::max_element(median_edge_.begin(), median_edge_.end());
   return std::min(settings::detection::distance_factor * largest_thickness,
-                  settings::detection::max_median_edges * *longest);
+                  settings::detection::max_median_edges * common_median_edge_);
 }
 
 std::vector<double> StepDetector::thickness_limits() const {
   std::vector<double> limits(topology_.bodies().size(), std::numeric_limits<double>::infinity());
   for (std::size_t body = 0; near_detector_ && body < median_edge_.size(); ++body)
-    limits[body] = settings::detection::max_median_edges * median_edge_[body] /
-                   settings::detection::distance_factor;
+    limits[body] =
+        std::min(largest_thickness(), settings::detection::max_median_edges * median_edge_[body] /
+                                          settings::detection::distance_factor);
   return limits;
 }
 
@@ -166,6 +166,10 @@ void StepDetector::measure_edges(const Topology& topology, const Renumbering& nu
       motion_.shortest_edge[v] = last[old];
   }
   std::vector<double> lengths = motion_.shortest_edge;
+  const auto common = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+  std::nth_element(lengths.begin(), common, lengths.end());
+  common_median_edge_ = *common;
+  lengths = motion_.shortest_edge;
   median_edge_.clear();
   for (const StepTopology::BodyRecord& body : topology_.bodies()) {
     if (!body.soft) continue;

@@ -65,7 +65,7 @@ class StepDetector {
     note_seen_end();
   }
   /// By body: the largest thickness of its pairs for which contacts are looked for, metres. It is
-  /// a multiple of the body's own edges.
+  /// a multiple of the body's own edges, and at most of those of all bodies.
   std::vector<double> thickness_limits() const;
   double separation() const { return std::max(0.0, separation_); }  // metres
   /// True if the response acts on any pair that the last detect_near() found.
@@ -156,6 +156,7 @@ class StepDetector {
   std::unique_ptr<Detector> near_detector_;
   double separation_ = 0;  ///< separation of near_detector_, metres; not positive without it
   std::vector<double> median_edge_;     ///< of each soft body, of Motion::shortest_edge; metres
+  double common_median_edge_ = 0;       ///< of all: one distance is searched for all pairs
   std::vector<float> self_separation_;  ///< for Topology
   // What set_near_topology() set:
   PrimitiveIndices primitives_;
