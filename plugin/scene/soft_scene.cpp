@@ -8,8 +8,8 @@
 #include <iterator>
 #include <tuple>
 
+#include "exclusion/left_to_bullet.h"
 #include "scene/collision_filters.h"
-#include "scene/left_to_bullet.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

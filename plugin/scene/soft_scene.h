@@ -16,9 +16,9 @@
 #include <unordered_map>
 #include <vector>
 
+#include "exclusion/excluded_bodies.h"
 #include "lazyccd/threads.h"
 #include "scene/collision_filters.h"
-#include "scene/excluded_bodies.h"
 #include "scene/primitives.h"
 #include "scene/scene_topology.h"
 #include "scene/sleepers.h"

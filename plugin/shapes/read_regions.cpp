@@ -56,28 +56,34 @@ AxisBox bounds_of_overlapping(const std::vector<AxisBox>& boxes, const AxisBox& 
   return bounds;
 }
 
-bool ReadRegions::update(const std::vector<AxisBox>& needed) {
-  std::vector<Group> groups;
-  for (const AxisBox& region : boxes_) groups.push_back({AxisBox::empty(), region});
-  std::vector<AxisBox> outside;
+bool ReadRegions::suffice(const std::vector<AxisBox>& needed) {
+  needed_.assign(boxes_.size(), AxisBox::empty());
+  bool all_inside = true;
   for (const AxisBox& box : needed) {
-    const auto holds = [&box](const Group& group) { return group.region.contains(box); };
-    const auto group = std::find_if(groups.begin(), groups.end(), holds);
-    if (group == groups.end()) {
-      outside.push_back(box);
-    } else {
-      group->needed.add(box);
-    }
+    const auto region = std::find_if(boxes_.begin(), boxes_.end(),
+                                     [&box](const AxisBox& r) { return r.contains(box); });
+    if (region == boxes_.end())
+      all_inside = false;
+    else
+      needed_[static_cast<std::size_t>(region - boxes_.begin())].add(box);
   }
-  const auto is_unused = [](const Group& group) { return group.needed.is_empty(); };
-  groups.erase(std::remove_if(groups.begin(), groups.end(), is_unused), groups.end());
+  for (std::size_t i = 0; i < boxes_.size(); ++i)
+    if (needed_[i].is_empty() || is_far_larger(boxes_[i], enlarged(needed_[i]))) return false;
+  return all_inside;
+}
+
+bool ReadRegions::update(const std::vector<AxisBox>& needed) {
+  if (suffice(needed)) return false;
+  std::vector<Group> groups;
   bool any_too_large = false;
-  for (Group& group : groups) {
-    if (!is_far_larger(group.region, enlarged(group.needed))) continue;
-    any_too_large = true;
-    group.region = AxisBox::empty();
+  for (std::size_t i = 0; i < boxes_.size(); ++i) {
+    if (needed_[i].is_empty()) continue;
+    const bool is_too_large = is_far_larger(boxes_[i], enlarged(needed_[i]));
+    any_too_large = any_too_large || is_too_large;
+    groups.push_back({needed_[i], is_too_large ? AxisBox::empty() : boxes_[i]});
   }
-  for (const AxisBox& box : outside) add(box, groups);
+  for (const AxisBox& box : needed)
+    if (!contain({box})) add(box, groups);
   boxes_.clear();
   for (const Group& group : groups)
     boxes_.push_back(group.region.is_empty() ? enlarged(group.needed) : group.region);

@@ -27,7 +27,11 @@ class ReadRegions {
   const std::vector<AxisBox>& boxes() const { return boxes_; }
 
  private:
+  // True if no region has to change. Sets needed_.
+  bool suffice(const std::vector<AxisBox>& needed);
+
   std::vector<AxisBox> boxes_;
+  std::vector<AxisBox> needed_;  // of each region: what lies in it
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -111,7 +111,8 @@ check_layers(plugin "(lazyccd/|settings\\.h$)"
   util:simd
   motion:util
   shapes:util
-  scene:shapes,motion,util
+  exclusion:shapes,util
+  scene:exclusion,shapes,motion,util
   contact:scene,motion,util
   touching:scene,shapes,motion,util
   untangling:touching,scene,shapes,motion,util

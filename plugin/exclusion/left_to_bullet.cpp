@@ -1,4 +1,4 @@
-#include "scene/left_to_bullet.h"
+#include "exclusion/left_to_bullet.h"
 
 #include <string>
 

@@ -1,4 +1,4 @@
-#include "scene/excluded_bodies.h"
+#include "exclusion/excluded_bodies.h"
 
 #include <algorithm>
 #include <string>
@@ -102,23 +102,21 @@ void ExcludedBodies::begin_step(const Bodies& bodies, const Forces* forces, Warn
 
 void ExcludedBodies::find_inverted(const Bodies& bodies, const Forces& forces,
                                    WarningLog& warnings) {
-  std::unordered_map<const btSoftBody*, Signs> last;
-  last.swap(elastic_);
+  std::size_t count = 0;  // a body with two forces counts twice
   for (int f = 0; f < forces.size(); ++f) {
     if (!is_elastic(*forces[f])) continue;
-    for (int i = 0; i < forces[f]->m_softBodies.size(); ++i) {
+    for (int i = 0; i < forces[f]->m_softBodies.size(); ++i, ++count) {
       btSoftBody& body = *forces[f]->m_softBodies[i];
       const Signs signs{proxy_id(body), body.m_tetras.size()};
-      if (!elastic_.emplace(&body, signs).second) continue;  // of an earlier force
-      const auto found = last.find(&body);
-      if (found != last.end() && found->second.proxy_id == signs.proxy_id &&
-          found->second.tetra_count == signs.tetra_count)
-        continue;
+      Signs& known = elastic_.try_emplace(&body, Signs{-1, -1}).first->second;
+      if (known.proxy_id == signs.proxy_id && known.tetra_count == signs.tetra_count) continue;
+      known = signs;
       const int world_index = bodies.findLinearSearch(&body), node = find_inverted_node(body);
       if (node >= 0 && world_index < bodies.size())
         add(body, world_index, node, ExclusionReason::inverted, warnings);
     }
   }
+  if (elastic_.size() > count) elastic_.clear();  // some are gone; the next step looks again
 }
 
 void ExcludedBodies::add(btSoftBody& body, int world_index, int node, ExclusionReason reason,
