@@ -148,7 +148,9 @@ class PairSurfaces {
     return i >= 0 && i < static_cast<std::int32_t>(bodies_.size());
   }
   double limit_of(std::int32_t body) const {
-    return limits_.empty() ? std::numeric_limits<double>::infinity() : limits_[body];
+    if (limits_.empty()) return std::numeric_limits<double>::infinity();
+    LAZYCCD_ASSERT(limits_.size() == bodies_.size(), "each body of the step has its limit");
+    return limits_[body];
   }
   double bounded(double sum_of_margins, double limit, double resolution) const {
     const double wanted = thickness_ >= 0 ? thickness_ : sum_of_margins;

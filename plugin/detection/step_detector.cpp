@@ -14,8 +14,7 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 StepDetector::StepDetector(const DetectorOptions& options, const Threads& threads,
                            ContactFilter& filter, const StepTopology& topology, Motion& motion,
-                           const PairSurfaces& surfaces, double position_correction,
-                           bool contact_cache)
+                           PairSurfaces& surfaces, double position_correction, bool contact_cache)
     : options_(options),
       threads_(threads),
       filter_(filter),
@@ -30,21 +29,25 @@ StepDetector::StepDetector(const DetectorOptions& options, const Threads& thread
   options_.reduce_contacts = false;
 }
 
-void StepDetector::set_topology(double largest_thickness, const Renumbering& numbers,
-                                const std::vector<std::int32_t>& changed_bodies) {
+void StepDetector::set_lengths(double largest_thickness, const Renumbering& numbers,
+                               const std::vector<std::int32_t>& changed_bodies) {
   prediction_.forget();
-  note_seen_end();
-  touching_topology_is_current_ = false;
-  std::vector<char> is_changed(topology_.bodies().size(), 0);
-  for (const std::int32_t body : changed_bodies) is_changed[static_cast<std::size_t>(body)] = 1;
-  measure_edges(topology_.for_detection(), numbers, is_changed);
+  measure_edges(topology_.for_detection(), numbers, marks_of(changed_bodies));
   const double separation = separation_for(largest_thickness);
   if (separation_ != separation) {
     near_detector_.reset();
     cache_.forget();
   }
   separation_ = separation;
-  if (!(separation > 0)) {
+  surfaces_.limit_thickness(thickness_limits());
+}
+
+void StepDetector::set_topology(const Renumbering& numbers,
+                                const std::vector<std::int32_t>& changed_bodies) {
+  prediction_.forget();
+  note_seen_end();
+  touching_topology_is_current_ = false;
+  if (!(separation_ > 0)) {
     near_detector_.reset();
     forget_near();
     simple_contacts_.clear();
@@ -53,13 +56,14 @@ void StepDetector::set_topology(double largest_thickness, const Renumbering& num
     touching_detector();
     return;
   }
+  std::vector<char> is_changed = marks_of(changed_bodies);
   std::vector<std::int32_t> new_index = numbers.bodies;
   for (std::int32_t& body : new_index)
     if (body >= 0 && is_changed[static_cast<std::size_t>(body)]) body = -1;
   simple_contacts_.set_topology(new_index);
   if (!near_detector_) {
     DetectorOptions options = options_;
-    options.separation = separation;
+    options.separation = separation_;
     options.reduce_contacts = true;
     near_detector_ = std::make_unique<Detector>(options, threads_);
   }
@@ -71,6 +75,12 @@ void StepDetector::set_topology(double largest_thickness, const Renumbering& num
   const ContactRenumbering kept(last, primitives_, numbers, is_changed);
   cache_.renumber(kept, motion_.start.size());
   selector_.renumber(kept);
+}
+
+std::vector<char> StepDetector::marks_of(const std::vector<std::int32_t>& bodies) const {
+  std::vector<char> marks(topology_.bodies().size(), 0);
+  for (const std::int32_t body : bodies) marks[static_cast<std::size_t>(body)] = 1;
+  return marks;
 }
 
 void StepDetector::set_near_topology() {
@@ -137,7 +147,7 @@ double StepDetector::separation_for(double largest_thickness) const {
 
 std::vector<double> StepDetector::thickness_limits() const {
   std::vector<double> limits(topology_.bodies().size(), std::numeric_limits<double>::infinity());
-  for (std::size_t body = 0; near_detector_ && body < median_edge_.size(); ++body)
+  for (std::size_t body = 0; separation_ > 0 && body < median_edge_.size(); ++body)
     limits[body] =
         std::min(largest_thickness(), settings::detection::max_median_edges * median_edge_[body] /
                                           settings::detection::distance_factor);

@@ -29,16 +29,19 @@ class StepDetector {
   /// Copies the options, without `separation` and `reduce_contacts`: this class sets both. Keeps
   /// references to the other arguments, which must outlive it.
   StepDetector(const DetectorOptions& options, const Threads& threads, ContactFilter& filter,
-               const StepTopology& topology, Motion& motion, const PairSurfaces& surfaces,
+               const StepTopology& topology, Motion& motion, PairSurfaces& surfaces,
                double position_correction, bool contact_cache);
 
+  /// Measures edges; sets Motion::shortest_edge, separation() and the limits of the surfaces. Call
+  /// before each set_topology(), with the same arguments. `largest_thickness`: the largest
+  /// thickness of any pair, metres.
+  void set_lengths(double largest_thickness, const Renumbering& numbers,
+                   const std::vector<std::int32_t>& changed_bodies);
   /// Call when indices or pair rules change. What is known about bodies that did not change is
-  /// kept. `largest_thickness`: the largest thickness of any pair, metres. `numbers`: where bodies
-  /// and vertices of the last topology are now. `changed_bodies`: those that are new, changed or
-  /// placed elsewhere. Sets Motion::shortest_edge. Throws lazyccd::Error if the detector refuses
+  /// kept. `numbers`: where bodies and vertices of the last topology are now. `changed_bodies`:
+  /// those that are new, changed or placed elsewhere. Throws lazyccd::Error if the detector refuses
   /// the topology.
-  void set_topology(double largest_thickness, const Renumbering& numbers,
-                    const std::vector<std::int32_t>& changed_bodies);
+  void set_topology(const Renumbering& numbers, const std::vector<std::int32_t>& changed_bodies);
   /// True if a new largest thickness needs another set_topology().
   bool would_change(double largest_thickness) const {
     return separation_for(largest_thickness) != separation_;
@@ -64,9 +67,6 @@ class StepDetector {
     cache_.forget();
     note_seen_end();
   }
-  /// By body: the largest thickness of its pairs for which contacts are looked for, metres. It is
-  /// a multiple of the body's own edges, and at most of those of all bodies.
-  std::vector<double> thickness_limits() const;
   double separation() const { return std::max(0.0, separation_); }  // metres
   /// True if the response acts on any pair that the last detect_near() found.
   bool found_any() const { return found_any_; }
@@ -121,7 +121,11 @@ class StepDetector {
   /// Edges of a body are measured when it is new or changed, so that what limits its gaps stays.
   void measure_edges(const Topology& topology, const Renumbering& numbers,
                      const std::vector<char>& is_changed);
+  std::vector<char> marks_of(const std::vector<std::int32_t>& bodies) const;  ///< by body
   double separation_for(double largest_thickness) const;
+  /// By body: the largest thickness of its pairs for which contacts are looked for, metres. It is
+  /// a multiple of the body's own edges, and at most of those of all bodies.
+  std::vector<double> thickness_limits() const;
   /// The largest thickness of a pair whose contacts are all found, metres.
   double largest_thickness() const { return separation_ / settings::detection::distance_factor; }
   /// Created and given the topology when it is first needed: most steps need near_detector_ alone.
@@ -140,7 +144,7 @@ class StepDetector {
   ContactFilter& filter_;
   const StepTopology& topology_;
   Motion& motion_;
-  const PairSurfaces& surfaces_;
+  PairSurfaces& surfaces_;
   NearContactSelector selector_;
   SimpleContacts simple_contacts_;
   InternalEdges internal_edges_;

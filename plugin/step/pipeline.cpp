@@ -300,9 +300,9 @@ void Pipeline::set_topology(const std::vector<std::int32_t>& changed_bodies) {
   untangling_.set_ids(topology().ids());
   embedded_.set_topology(topology(), reader_.sleepers().left_out_count() > 0);
   filter_.set_embedded(embedded_.parts(), embedded_.pinned());
+  detector_.set_lengths(largest_thickness(), numbers, changed_bodies);
   filter_.set_topology();
-  detector_.set_topology(largest_thickness(), numbers, changed_bodies);
-  surfaces_.limit_thickness(detector_.thickness_limits());
+  detector_.set_topology(numbers, changed_bodies);
 }
 
 void Pipeline::find_embedded(const std::vector<std::int32_t>& placed_bodies) {

@@ -94,6 +94,10 @@ TEST_CASE("assertions on the row of a contact fail where they must") {
     wrong.body_b = 2;
     CHECK(scene.belief_of_row(wrong) == "a pair is of bodies of the step");
   }
+  SECTION("limits") {
+    scene.surfaces.limit_thickness({0.1});
+    CHECK(scene.belief_of_row(contact) == "each body of the step has its limit");
+  }
 }
 
 TEST_CASE("assertions on surfaces fail where they must") {
