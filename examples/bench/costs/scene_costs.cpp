@@ -172,6 +172,21 @@ void add_ground(PhysicsWorld& world, bool box) {
   }
 }
 
+// As PyBullet's example deformable_anchor.py: two corners are pinned, a box of 1 kg hangs on the others.
+void build_anchored(PhysicsWorld& world) {
+  constexpr int nodes = 5;
+  btSoftBody* const cloth = add_cloth(world, nodes, 1, vector(0, 0, 0));
+  for (const int node : {0, nodes - 1}) cloth->setMass(node, 0);
+  btRigidBody& box = world.add_dynamic(make_box(1, 1, 1), at(0, 0, 1.05), 1);
+  for (const int node : {nodes * (nodes - 1), nodes * nodes - 1}) {
+    if (world.options().world == World::rigid) {
+      cloth->appendAnchor(node, &box, true);
+    } else {
+      cloth->appendDeformableAnchor(node, &box);
+    }
+  }
+}
+
 void build_tiny_bodies(PhysicsWorld& world) {
   for (int i = 0; i < 100; ++i) add_cloth(world, 3, 0.1, vector(2 * (i % 10), 1, 2 * (i / 10)));
 }
@@ -257,6 +272,7 @@ std::vector<CostScene> cost_scenes() {
     add_cloth(w, 25, 1.2, vector(0, 0, 0));
   });
   add("one cloth alone", [](PhysicsWorld& w) { add_cloth(w, 25, 1.2, vector(0, 0, 0)); });
+  add("cloth of 25 nodes, anchored to a box", build_anchored);
   add("a hundred tiny cloths above a plane", [](PhysicsWorld& w) {
     add_ground(w, false);
     build_tiny_bodies(w);
