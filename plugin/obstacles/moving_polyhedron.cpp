@@ -25,10 +25,6 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 PointView rows_of(const std::vector<double>& coordinates) {
   return {coordinates.data(), static_cast<Eigen::Index>(coordinates.size() / 3), 3};
 }
-SideView view_of(const std::vector<double>& values) {
-  return {values.data(), static_cast<Eigen::Index>(values.size())};
-}
-
 Vector3d point_of(const PointView& points, Eigen::Index i) {
   return {points(i, 0), points(i, 1), points(i, 2)};
 }
@@ -38,19 +34,34 @@ void set_point(std::vector<double>& coordinates, std::size_t i, const Vector3d& 
   for (std::size_t k = 0; k < 3; ++k) coordinates[k * count + i] = x[static_cast<int>(k)];
 }
 
-// How far points are along a direction, metres. The view must live as long as the result.
-auto along(const PointView& points, const Vector3d& direction) {
-  return (points.col(0) * direction[0] + points.col(1) * direction[1] +
-          points.col(2) * direction[2])
-      .array();
-}
+// How far points are along a direction, metres.
+class Places {
+ public:
+  // `coordinates`: as of MovingPolyhedron; they must outlive this object.
+  Places(const std::vector<double>& coordinates, const Vector3d& direction)
+      : count_(coordinates.size() / 3), x_(coordinates.data()), direction_(direction) {}
+  std::size_t count() const { return count_; }
+  double operator[](std::size_t i) const {
+    return x_[i] * direction_[0] + x_[count_ + i] * direction_[1] +
+           x_[2 * count_ + i] * direction_[2];
+  }
+
+ private:
+  std::size_t count_;
+  const double* x_;
+  Vector3d direction_;
+};
 
 // How far vertices are along a direction at time t, metres.
-VertexValues places_along(const PointView& start, const PointView& end, const Vector3d& direction,
-                          double t) {
-  if (t == 0) return along(start, direction);
-  if (t == 1) return along(end, direction);
-  return (1 - t) * along(start, direction) + t * along(end, direction);
+VertexValues places_along(const std::vector<double>& start, const std::vector<double>& end,
+                          const Vector3d& direction, double t) {
+  const Places at_start(start, direction), at_end(end, direction);
+  VertexValues places(static_cast<Eigen::Index>(at_start.count()));
+  for (std::size_t i = 0; i < at_start.count(); ++i)
+    places[static_cast<Eigen::Index>(i)] = t == 0   ? at_start[i]
+                                           : t == 1 ? at_end[i]
+                                                    : (1 - t) * at_start[i] + t * at_end[i];
+  return places;
 }
 
 SideValues heights_at(const VertexHeights& vertex, std::int32_t sides, double t) {
@@ -93,19 +104,20 @@ void MovingPolyhedron::move(const RigidMotion& rigid, const Motion& motion, bool
 
 void MovingPolyhedron::set_reach(const Coordinates& points, std::vector<double>& reach) const {
   reach.assign(static_cast<std::size_t>(side_count()), -infinity);
-  Eigen::Map<Eigen::ArrayXd> highest(reach.data(), side_count());
-  const PointView normals = rows_of(normals_), rows = rows_of(points);
-  for (Eigen::Index i = 0; i < rows.rows(); ++i)
-    highest = highest.max(along(normals, point_of(rows, i)));
-  highest += rounding_;
+  const PointView rows = rows_of(points);
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+    const Places along(normals_, point_of(rows, i));
+    for (std::size_t s = 0; s < reach.size(); ++s) reach[s] = std::max(reach[s], along[s]);
+  }
+  for (double& highest : reach) highest += rounding_;
 }
 
 void MovingPolyhedron::find_heights(const Vector3d& x0, const Vector3d& x1, double* start,
                                     double* end) const {
-  const PointView normals = rows_of(normals_);
   const auto write = [&](const Vector3d& x, const std::vector<double>& reach, double* heights) {
-    Eigen::Map<Eigen::ArrayXd>(heights, side_count()) =
-        along(normals, x) - view_of(reach) - rounding_of(x);
+    const Places along(normals_, x);
+    const double rounding_of_x = rounding_of(x);
+    for (std::size_t s = 0; s < reach.size(); ++s) heights[s] = along[s] - reach[s] - rounding_of_x;
   };
   write(x0, start_reach_, start);
   write(x1, end_reach_, end);
@@ -204,7 +216,7 @@ bool MovingPolyhedron::face_plane(const PrimitivePoints& face, double t,
   plane.height = -infinity;
   if (!triangle.exists()) return false;
   const Vector3d normal = triangle.across / std::sqrt(triangle.across_squared);
-  const VertexValues places = places_along(rows_of(start_), rows_of(end_), normal, t);
+  const VertexValues places = places_along(start_, end_, normal, t);
   Eigen::Index highest, lowest;
   const double at = normal.dot(face.x[0]), over = at - places.maxCoeff(&highest),
                under = places.minCoeff(&lowest) - at;
@@ -225,8 +237,7 @@ double MovingPolyhedron::height(const PrimitivePoints& primitive, const Vector3d
     lowest = std::min(lowest, normal.dot(primitive.x[i]));
     largest = std::max(largest, primitive.x[i].norm_1());
   }
-  return lowest - places_along(rows_of(start_), rows_of(end_), normal, t).maxCoeff() - rounding_ -
-         rounding * largest;
+  return lowest - places_along(start_, end_, normal, t).maxCoeff() - rounding_ - rounding * largest;
 }
 
 // Conservative advancement: in a fixed direction heights are linear in time.
