@@ -172,7 +172,8 @@ void add_ground(PhysicsWorld& world, bool box) {
   }
 }
 
-// As PyBullet's example deformable_anchor.py: two corners are pinned, a box of 1 kg hangs on the others.
+// As PyBullet's example deformable_anchor.py: two corners are pinned, a box of 1 kg hangs on the
+// others.
 void build_anchored(PhysicsWorld& world) {
   constexpr int nodes = 5;
   btSoftBody* const cloth = add_cloth(world, nodes, 1, vector(0, 0, 0));
