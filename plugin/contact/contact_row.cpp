@@ -122,6 +122,26 @@ void RowFactory::make_penetration(const Contact& contact, double distance, Conta
   row.corrected_gap = row.loaded_gap = row.target_gap + distance;
 }
 
+void RowFactory::make_link(const LinkLimit& limit, ContactRow& row) const {
+  make_row(contact_of(limit), 0, 0, *motion_, row);
+  row.target_gap = row.corrected_gap = row.loaded_gap = -limit.longest;
+  row.normal_impulse = row.can_act ? limit.impulse : 0;
+}
+
+Contact contact_of(const LinkLimit& limit) {
+  const auto [a, b] = limit.vertices;
+  Contact contact;
+  contact.kind = ContactKind::edge_edge;
+  contact.body_a = contact.body_b = limit.body;
+  contact.primitive_a = contact.primitive_b = std::numeric_limits<std::int32_t>::min() + limit.link;
+  contact.vertices = {a, a, b, b};
+  contact.u = contact.v = 0;
+  for (int k = 0; k < 3; ++k)
+    contact.normal[static_cast<std::size_t>(k)] = static_cast<float>(-limit.direction[k]);
+  contact.toi = 1;
+  return contact;
+}
+
 RowEstimate estimate_row(const ContactRow& row, const Vector3d& move) {
   RowEstimate estimate;
   estimate.move_squared = move.squaredNorm();

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <limits>
 
 #include "contact/pair_surfaces.h"
 #include "lazyccd/bullet/precision.h"
@@ -26,10 +28,10 @@ struct ContactRow {
   Contact contact;
   Vector3d normal;
   std::array<double, 4> weights;
-  double start_gap,   ///< gap at the start of the step, metres
-      target_gap,     ///< gap that impulses keep, metres, >= 0; not wider than max(0, start_gap)
-      corrected_gap,  ///< gap that split impulses restore without velocity, metres
-      loaded_gap;     ///< gap that the contact had when its load came, metres
+  double start_gap,       ///< gap at the start of the step, metres
+      target_gap,         ///< gap that impulses keep, metres; not wider than max(0, start_gap)
+      corrected_gap,      ///< gap that split impulses restore without velocity, metres
+      loaded_gap;         ///< gap that the contact had when its load came, metres
   double normal_impulse;  ///< total impulse on the solved motion along the normal, >= 0
   double split_impulse;   ///< total split impulse along the normal, >= 0
   /// False: no impulse acts. Either none can move the contact points along the normal (both sides
@@ -58,6 +60,25 @@ struct ContactRow {
 /// The two bodies of a contact, the smaller index first.
 inline BodyPair ordered_bodies(const Contact& contact) {
   return {std::min(contact.body_a, contact.body_b), std::max(contact.body_a, contact.body_b)};
+}
+
+/// A link that must not get longer than `longest`. Its row has the form of a contact of its two
+/// vertices; the direction is from the second to the first one.
+struct LinkLimit {
+  std::int32_t body, link;  ///< soft body, and index of the link there
+  std::array<std::int32_t, 2> vertices;
+  Vector3d direction;  ///< of unit length
+  double longest;      ///< metres
+  double impulse;      ///< that the row starts with, >= 0; unit as in ContactRow
+};
+
+/// The contact that stands for a link in lists of rows. Links of a body are before its contacts, in
+/// their own order.
+Contact contact_of(const LinkLimit& limit);
+inline bool is_of_link(const Contact& contact) { return contact.primitive_a < 0; }
+/// Index of the link of such a contact.
+inline std::int32_t link_of(const Contact& contact) {
+  return contact.primitive_a - std::numeric_limits<std::int32_t>::min();
 }
 
 /// Summary of a row and of its violation by a given motion. The first detection computes it for
@@ -98,6 +119,8 @@ class RowFactory {
   /// Makes the row of a vertex that is inside of a body (find_penetrations()): it must not get
   /// deeper, and a split impulse moves it out by `distance`, metres. No friction.
   void make_penetration(const Contact& contact, double distance, ContactRow& row) const;
+  /// Makes the row of a link, without friction.
+  void make_link(const LinkLimit& limit, ContactRow& row) const;
   const Motion& motion() const { return *motion_; }
 
  private:

@@ -44,11 +44,13 @@ Vector3d gap_vector_at_end(const ContactRow& row, const Motion& motion) {
 
 void ContactConstraints::begin_step() {
   last_impulses_.take(active_rows());
+  take_link_impulses();
   clear_rows();
 }
 
 void ContactConstraints::clear_rows() {
   rows_.clear();
+  has_links_ = false;
   active_rows_.reset();
   islands_are_current_ = false;
   sweep_count_ = 0;
@@ -90,7 +92,7 @@ void ContactConstraints::find_active_rows(std::size_t first, std::size_t last,
   found.clear();
   std::size_t next = first;  // first row after those of the last pair
   for (std::size_t i = first; i < last; ++i) {
-    if (!rows_.is_made(i) || !rows_.made(i).acted()) continue;
+    if (!rows_.is_made(i) || !rows_.made(i).acted() || is_of_link(rows_.contact(i))) continue;
     std::size_t begin = i;
     while (begin > next && is_same_pair(begin - 1, i)) --begin;
     for (next = begin; next <= i || (next < last && is_same_pair(i, next)); ++next)
@@ -102,11 +104,21 @@ void ContactConstraints::find_active_rows(std::size_t first, std::size_t last,
 void ContactConstraints::renumber(const Renumbering& numbers) {
   clear_rows();
   last_impulses_.renumber(numbers);
+  for (LastLinkImpulse& last : last_link_impulses_)
+    last.body = numbers.bodies[static_cast<std::size_t>(last.body)];
+  const auto is_gone = [](const LastLinkImpulse& last) { return last.body < 0; };
+  last_link_impulses_.erase(
+      std::remove_if(last_link_impulses_.begin(), last_link_impulses_.end(), is_gone),
+      last_link_impulses_.end());
+  std::stable_sort(
+      last_link_impulses_.begin(), last_link_impulses_.end(),
+      [](const LastLinkImpulse& x, const LastLinkImpulse& y) { return x.body < y.body; });
 }
 
 void ContactConstraints::forget() {
   clear_rows();
   last_impulses_.clear();
+  last_link_impulses_.clear();
 }
 
 void ContactConstraints::take_near_contacts(const NearContacts& near, const Motion& motion) {
@@ -232,6 +244,38 @@ void ContactConstraints::add_penetrations(const std::vector<Contact>& contacts, 
   });
 }
 
+void ContactConstraints::add_links(const std::vector<LinkLimit>& links, const Motion& motion) {
+  if (links.empty()) return;
+  has_links_ = true;
+  std::vector<Contact> contacts(links.size());
+  std::transform(links.begin(), links.end(), contacts.begin(), contact_of);
+  const RowFactory factory(surfaces_, position_correction_, motion);
+  auto next = links.begin();
+  merge(contacts, motion,
+        [&](const Contact&, ContactRow& row) { factory.make_link(*next++, row); });
+}
+
+void ContactConstraints::take_link_impulses() {
+  last_link_impulses_.clear();
+  for (std::size_t i = 0; has_links_ && i < rows_.size(); ++i) {
+    if (!rows_.is_made(i) || !is_of_link(rows_.contact(i))) continue;
+    const ContactRow& row = rows_.made(i);
+    if (row.normal_impulse == 0) continue;
+    const std::int32_t body = row.contact.body_a, link = link_of(row.contact);
+    if (last_link_impulses_.empty() || last_link_impulses_.back().body != body ||
+        last_link_impulses_.back().link != link)
+      last_link_impulses_.push_back({body, link, Vector3d::Zero()});
+    last_link_impulses_.back().impulse -= row.normal_impulse * row.normal;
+  }
+}
+
+std::int64_t ContactConstraints::count_pulling_links() const {
+  std::int64_t count = 0;
+  for (std::size_t i = 0; has_links_ && i < rows_.size(); ++i)
+    count += rows_.is_made(i) && is_of_link(rows_.contact(i)) && rows_.made(i).normal_impulse > 0;
+  return count;
+}
+
 void ContactConstraints::narrow_gaps(double fraction, const Motion& motion) {
   const std::vector<char> moves = find_prescribed_motion(motion);
   const RowIslands& all = islands(motion);
@@ -286,7 +330,9 @@ std::vector<BodyPair> ContactConstraints::find_pressed_pairs(const Motion& motio
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     if (!rows_.is_made(i)) continue;
     const ContactRow& row = rows_.made(i);
-    if (!(row.normal_impulse > settings::solver::min_speed * motion.dt * row.normal_mass)) continue;
+    if (is_of_link(row.contact) ||
+        !(row.normal_impulse > settings::solver::min_speed * motion.dt * row.normal_mass))
+      continue;
     const BodyPair pair = ordered_bodies(row.contact);
     if (pressed.empty() || pressed.back() != pair) pressed.push_back(pair);
   }

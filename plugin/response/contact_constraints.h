@@ -32,6 +32,12 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// models it: linear in the solved motion, without split impulses.
 Vector3d gap_vector_at_end(const ContactRow& row, const Motion& motion);
 
+/// What the row of a link did in the last step.
+struct LastLinkImpulse {
+  std::int32_t body, link;  ///< as in LinkLimit
+  Vector3d impulse;         ///< on its first vertex towards the other one; unit as in ContactRow
+};
+
 /// The rows of a step and their impulses.
 class ContactConstraints {
  public:
@@ -68,6 +74,12 @@ class ContactConstraints {
   /// Adds rows of vertices that are inside of bodies; `contacts` must be sorted. Each row moves its
   /// vertex out at `speed`, m/s, or at six times its depth a second if that is more.
   void add_penetrations(const std::vector<Contact>& contacts, double speed, const Motion& motion);
+  /// Adds rows of links, with their impulses. `links` must be sorted by body and link, none twice.
+  void add_links(const std::vector<LinkLimit>& links, const Motion& motion);
+  /// Impulses of the links of the last step, sorted by body and link.
+  const std::vector<LastLinkImpulse>& last_link_impulses() const { return last_link_impulses_; }
+  /// Number of links whose rows have an impulse.
+  std::int64_t count_pulling_links() const;
   /// Limits the target gap to `fraction` of the thickness, for rows that have a side of infinite
   /// mass and that `motion` violates: in those selected islands in which anything of infinite mass
   /// moves. If things of infinite mass close in on each other, there may be no room for all gaps.
@@ -92,8 +104,8 @@ class ContactConstraints {
   int sweep_count() const { return sweep_count_; }
 
   RowList& rows() { return rows_; }
-  /// Rows of all pairs of which at least one row acted, sorted by contact, so that the rows of a
-  /// pair are adjacent. Valid until the next call that changes rows.
+  /// Rows of all contacts of which at least one row acted, without links, sorted by contact, so
+  /// that the rows of a pair are adjacent. Valid until the next call that changes rows.
   const std::vector<const ContactRow*>& active_rows();
 
  private:
@@ -101,6 +113,7 @@ class ContactConstraints {
   template <class Make>
   void merge(const std::vector<Contact>& contacts, const Motion& motion, const Make& make);
 
+  void take_link_impulses();
   /// The rows of active_rows() among [first, last), which begins and ends with whole pairs.
   void find_active_rows(std::size_t first, std::size_t last,
                         std::vector<const ContactRow*>& found) const;
@@ -124,12 +137,14 @@ class ContactConstraints {
   double position_correction_;
   Threads threads_;
   RowList rows_;
+  bool has_links_ = false;                                     // whether any row is that of a link
   std::vector<ContactRow> merged_;                             // scratch memory of add()
   std::optional<std::vector<const ContactRow*>> active_rows_;  // none: rows changed since
   // Scratch memory of active_rows() and warm_start(), by part of their work.
   std::vector<std::vector<const ContactRow*>> active_parts_;
   std::vector<std::vector<WarmStart>> warm_starts_;
   LastImpulses last_impulses_;
+  std::vector<LastLinkImpulse> last_link_impulses_;
   RowIslands islands_;
   bool islands_are_current_ = false;  // false: rows changed since
   std::vector<double> approach_;      // by body, metres

@@ -64,9 +64,11 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
   hold_at_supports(near, motion);
   link_rounds_.clear_bodies();
   if (options_.max_impulse_rounds > 0) {
-    solve_speculative(near, penetrations, motion);
+    solve_speculative(near, penetrations, links, motion);
     if (links) {
       link_rounds_.run(links, options_.solver_iterations, constraints_, motion);
+      strain_limit_.hold(link_rounds_.bodies(), links, options_.solver_iterations, constraints_,
+                         motion);
       weaken_motors(motion);
     }
   }
@@ -153,10 +155,11 @@ void Response::resolve_with_impact_zones(std::vector<Contact> contacts, const De
 }
 
 void Response::solve_speculative(const NearContacts& near, const std::vector<Contact>& penetrations,
-                                 Motion& motion) {
+                                 const LinkSolver& links, Motion& motion) {
   constraints_.take_near_contacts(near, motion);
   if (!penetrations.empty())
     constraints_.add_penetrations(penetrations, options_.untangling_speed, motion);
+  strain_limit_.warm_start(links, constraints_, motion);
   constraints_.warm_start();
   leave_supports(constraints_.active_rows(), motion);  // as in the last step, if at all
   constraints_.solve(motion, options_.solver_iterations);
@@ -241,6 +244,7 @@ void Response::finish(Motion& motion, StepStats& stats) {
   stats.contact_rows += static_cast<std::int64_t>(row_islands.row_count());
   stats.islands += static_cast<std::int64_t>(row_islands.count());
   stats.sweeps += constraints_.sweep_count();
+  stats.strained_links += constraints_.count_pulling_links();
   set_velocities(threads_, motion);
   if (options_.restitution > 0) {
     add_restitution(constraints_.rows(), options_.restitution, options_.restitution_threshold,

@@ -11,7 +11,8 @@
 #include "motion/motion.h"
 #include "response/contact_constraints.h"
 #include "response/impact_zones.h"
-#include "response/link_rounds.h"
+#include "response/links/link_rounds.h"
+#include "response/links/strain_limit.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -27,7 +28,8 @@ class Response {
            const Threads& threads = Threads(1))
       : options_(options),
         threads_(threads),
-        constraints_(surfaces, options.position_correction, threads) {}
+        constraints_(surfaces, options.position_correction, threads),
+        strain_limit_(options.strain_limit) {}
 
   /// Starts a step. Remembers the impulses of the last one.
   void begin_step(double dt);
@@ -62,7 +64,7 @@ class Response {
   /// Solves the near contacts that were selected: with a warm start, or without if that raises the
   /// kinetic energy.
   void solve_speculative(const NearContacts& near, const std::vector<Contact>& penetrations,
-                         Motion& motion);
+                         const LinkSolver& links, Motion& motion);
   /// Solves again for the bodies that the first solve pulls off their supports.
   void let_bodies_leave_supports(Motion& motion);
   /// Finds which joints their limits and motors hold, and solves again where that changes.
@@ -83,6 +85,7 @@ class Response {
   Threads threads_;
   ContactConstraints constraints_;
   LinkRounds link_rounds_;
+  StrainLimit strain_limit_;
   std::optional<ImpactZones> zones_;  // kept to be drawn
 };
 

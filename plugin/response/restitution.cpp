@@ -94,7 +94,8 @@ void add_restitution(RowList& rows, double restitution, double threshold, int sw
       predicted += row.weights[k] * row.normal.dot(motion.predicted[row.contact.vertices[k]]);
     const double solved = row.normal.dot(gap_vector_at_end(row, motion));
     const double approach = row.start_gap - predicted;
-    const bool bounces = row.normal_impulse > 0 && approach >= threshold * motion.dt;
+    const bool bounces =
+        row.normal_impulse > 0 && approach >= threshold * motion.dt && !is_of_link(row.contact);
     const double wanted_gap =
         bounces ? row.start_gap + restitution * approach : std::min(row.target_gap, solved);
     row.target_gap = predicted + wanted_gap - solved;

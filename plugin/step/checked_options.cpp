@@ -25,6 +25,7 @@ constexpr Range<double> numbers[] = {
     {"jump_speed", &SolverOptions::jump_speed, 0, max_double},
     {"rest_speed", &SolverOptions::rest_speed, 0, max_double},
     {"rest_damping", &SolverOptions::rest_damping, 0, max_double},
+    {"strain_limit", &SolverOptions::strain_limit, 0, max_double},
     {"untangling_speed", &SolverOptions::untangling_speed, 0, max_double}};
 
 constexpr Range<int> counts[] = {

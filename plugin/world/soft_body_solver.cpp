@@ -4,7 +4,9 @@
 #include <BulletSoftBody/btSoftBody.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <typeinfo>
 #include <utility>
 #include <vector>
@@ -17,6 +19,7 @@
 #include "settings.h"
 #include "step/pipeline.h"
 #include "util/profile.h"
+#include "util/soft_body_nodes.h"
 #include "world/soft_body_dbvt.h"
 
 namespace lazyccd::bullet {
@@ -35,18 +38,36 @@ void start_where_it_slept(btSoftBody& body) {
 
 // Bullet solves contacts and links in turn. A body with few position iterations bounces off if its
 // links are not solved again after the contacts. With more iterations the links hold it together,
-// and are solved again only where cloth carries a weight: that makes it stiffer. Ropes do not:
-// hundreds that a body rolls over would cost much. Pressure, which pushes each node, is so large
-// beside the weight that only links and contacts in turn carry it. Tetrahedra turn inside out in an
-// impact, which no link undoes, unless links carry it upwards.
+// and are solved again only where cloth carries a weight, which makes it stiffer, or where contacts
+// push it far. Ropes carry none: hundreds that a body rolls over would cost much. Tetrahedra turn
+// inside out in an impact, which no link undoes, unless links carry it upwards.
 LinkSolver::Again links_again(const btSoftBody& body) {
   if (body.m_tetras.size() > 0) return LinkSolver::Again::in_contact;
-  if (body.m_cfg.kPR != 0 || body.m_cfg.kVC > 0) return LinkSolver::Again::under_load;
+  if (body.m_cfg.kPR != 0 || body.m_cfg.kVC > 0) return LinkSolver::Again::where_pushed;
   const bool bounces = body.m_cfg.piterations <= settings::links::few_iterations;
   if (body.m_faces.size() == 0)
-    return bounces ? LinkSolver::Again::after_impact : LinkSolver::Again::never;
+    return bounces ? LinkSolver::Again::after_impact : LinkSolver::Again::where_pushed;
   return bounces ? LinkSolver::Again::under_weight_and_after_impact
                  : LinkSolver::Again::under_weight;
+}
+
+std::vector<LinkSolver::Link> read_links(const SoftScene& scene, std::int32_t index) {
+  const SoftScene::BodyRecord& record = scene.bodies()[index];
+  const btSoftBody& body = *record.body;
+  std::vector<std::int32_t> vertex_of(static_cast<std::size_t>(body.m_nodes.size()), -1);
+  for (std::int32_t v = record.first_vertex; v < record.first_vertex + record.vertex_count; ++v)
+    vertex_of[static_cast<std::size_t>(scene.node_index(v))] = v;
+  std::vector<LinkSolver::Link> links;
+  for (int i = 0; i < body.m_links.size(); ++i) {
+    const btSoftBody::Link& link = body.m_links[i];
+    const int a = index_of(body, link.m_n[0]), b = index_of(body, link.m_n[1]);
+    if (link.m_bbending || a < 0 || b < 0) continue;
+    const std::array<std::int32_t, 2> vertices = {vertex_of[static_cast<std::size_t>(a)],
+                                                  vertex_of[static_cast<std::size_t>(b)]};
+    if (vertices[0] >= 0 && vertices[1] >= 0)
+      links.push_back({vertices, static_cast<double>(link.m_rl)});
+  }
+  return links;
 }
 
 }  // namespace
@@ -167,6 +188,12 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   links.again = [this](std::int32_t body) {
     return links_again(*pipeline_->scene().bodies()[body].body);
   };
+  std::map<std::int32_t, std::vector<LinkSolver::Link>> links_of;
+  links.links = [this, &links_of](std::int32_t body) -> Span<const LinkSolver::Link> {
+    const auto [found, is_new] = links_of.try_emplace(body);
+    if (is_new) found->second = read_links(pipeline_->scene(), body);
+    return found->second;
+  };
   links.iterations = [this](std::int32_t body) {
     return pipeline_->scene().bodies()[body].body->m_cfg.piterations;
   };
@@ -174,8 +201,11 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
                        Motion& motion) {
     return solve_links(bodies, passes == LinkSolver::Passes::one_iteration, motion);
   };
-  const bool ran = pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill, links,
-                                  [this] { undo_solve_links(); });
+  const bool ran =
+      pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill, links, [this, &links_of] {
+        undo_solve_links();
+        links_of.clear();  // bodies may have new indices
+      });
   ran ? finish_solve_links(solverdt) : undo_solve_links();
   if (!ran) return;
   if (pipeline_->responded()) write_back();

@@ -209,6 +209,17 @@ CostScene among_sleepers(int sleepers) {
           sleepers > 100};
 }
 
+// The first steps of two sheets at the same place, or nearly.
+CostScene coincident_sheets(int nodes, double gap) {
+  const auto build = [nodes, gap](PhysicsWorld& world) {
+    add_cloth(world, nodes, 1, vector(0, 0, 0));
+    add_cloth(world, nodes, 1, vector(0, gap, 0));
+  };
+  return {"two sheets of " + std::to_string(nodes) + " x " + std::to_string(nodes) +
+              (gap == 0 ? " at one place" : " a micrometre apart") + ", first steps",
+          build, 1.0 / 60, 0};
+}
+
 std::vector<CostScene> cost_scenes() {
   std::vector<CostScene> scenes;
   const std::pair<const char*, Kind> kinds[] = {
@@ -293,6 +304,8 @@ std::vector<CostScene> cost_scenes() {
       w.add_static(make_box(1, 1, 1), at(5 * (i % 32 + 1), 0, 5 * (i / 32 + 1)));
     add_rope(w, vector(-5, 0, -5), vector(-4, 0, -5));
   });
+  for (const int nodes : {20, 50})
+    for (const double gap : {0.0, 1e-6}) scenes.push_back(coincident_sheets(nodes, gap));
   for (const int sleepers : {0, 10, 50, 1000}) scenes.push_back(among_sleepers(sleepers));
   return scenes;
 }

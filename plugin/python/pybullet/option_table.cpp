@@ -35,6 +35,7 @@ const Entry entries[] = {
     {"contact_cache", &SolverOptions::contact_cache},
     {"rest_speed", &SolverOptions::rest_speed},
     {"rest_damping", &SolverOptions::rest_damping},
+    {"strain_limit", &SolverOptions::strain_limit},
     {"untangling_speed", &SolverOptions::untangling_speed},
     {"measure_energy", &SolverOptions::measure_energy},
     {"max_impulse_rounds", &SolverOptions::max_impulse_rounds},

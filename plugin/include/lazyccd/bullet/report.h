@@ -36,6 +36,7 @@ struct StepStats {
   std::int64_t contact_rows = 0;       ///< contacts on which the solver's impulses could act
   std::int64_t islands = 0;            ///< groups of bodies that these contacts connect
   std::int64_t sweeps = 0;             ///< sweeps of the solver over all contacts that act
+  std::int64_t strained_links = 0;     ///< links that SolverOptions::strain_limit held
   std::int64_t impact_zone_nodes = 0;  ///< nodes that moved rigidly with an impact zone
   /// Nodes and rigid bodies that the fail-safe held where the step began: members of contacts that
   /// nothing else resolved, or of whole bodies. Other members of their impact zones are held too,
@@ -85,6 +86,7 @@ void StepStats::for_each_member(const Visit& visit) {
   visit("contact_rows", &StepStats::contact_rows);
   visit("islands", &StepStats::islands);
   visit("sweeps", &StepStats::sweeps);
+  visit("strained_links", &StepStats::strained_links);
   visit("impact_zone_nodes", &StepStats::impact_zone_nodes);
   visit("failsafe_holds", &StepStats::failsafe_holds);
   visit("unresolved", &StepStats::unresolved);

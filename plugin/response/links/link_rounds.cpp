@@ -1,4 +1,4 @@
-#include "response/link_rounds.h"
+#include "response/links/link_rounds.h"
 
 #include <algorithm>
 #include <map>
@@ -92,13 +92,12 @@ void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& co
       } else if (pushes.by_weights[body] == 0 || pushes.weights_press[body]) {
         loaded.bodies.push_back({body, rounds});
       }  // else jaws grip it: links that they leave no room would throw its nodes
-    } else if (again == Again::under_load) {
-      if (pushes.largest[body] > settings::links::min_pushed_fraction)
-        loaded.bodies.push_back({body, settings::links::max_rounds_under_load});
     } else if (after_impact && is_hit(body, constraints.approach_of(body), motion)) {
       hit.bodies.push_back({body, settings::links::max_rounds_after_impact});
-    } else if (again != Again::after_impact && is_weighed) {
+    } else if (again != Again::after_impact && again != Again::where_pushed && is_weighed) {
       weighed.bodies.push_back({body, settings::links::max_rounds_under_weight});
+    } else if (pushes.largest[body] > settings::links::min_pushed_fraction) {
+      loaded.bodies.push_back({body, settings::links::max_rounds_under_load});
     }
   }
   solve_in_turn(loaded, Manner::round, links, sweeps, constraints, motion);

@@ -1,13 +1,16 @@
 // Solves links and contacts in turn. Bullet solves the links of a step before the contacts are
-// known. Contacts alone would move the nodes that touch, and leave the links to them too short.
+// known. Contacts alone would move the nodes that touch, and leave the links to them too short or
+// too long.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <vector>
 
 #include "contact/node_pushes.h"
 #include "contact/renumbering.h"
+#include "lazyccd/span.h"
 #include "motion/motion.h"
 #include "response/contact_constraints.h"
 
@@ -16,9 +19,18 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 /// The links of the soft bodies.
 struct LinkSolver {
-  /// When the links of a body are solved again.
+  struct Link {
+    std::array<std::int32_t, 2> vertices;
+    double rest_length;  ///< metres
+  };
+
+  /// When the links of a body are solved again. Of each but the first and the last: also where
+  /// contacts move a node by much of its shortest edge. There links are stretched most.
   enum class Again {
     never,
+    /// Nothing else: only where contacts move a node so far. Nodes carry the pressure of a body to
+    /// the contacts, and only links hold them together.
+    where_pushed,
     /// Under a weight: a rigid body that is much heavier than the nodes that carry it. If links
     /// are solved before the contacts alone, one solution of them must move these nodes by as much
     /// as the step moves the weight. The links stretch until that is enough.
@@ -26,10 +38,6 @@ struct LinkSolver {
     /// After an impact: the links that contacts leave too short would throw the body back.
     after_impact,
     under_weight_and_after_impact,
-    /// Under any load, but not for weights: nodes carry the pressure of a body to the contacts, and
-    /// only links hold them together. If they are solved before the contacts alone, the body is
-    /// pressed flat.
-    under_load,
     /// In each step with contacts, in rounds that follow the body's position iterations, nearly as
     /// Bullet solves them. Where links are solved before the contacts alone, the nodes that touch
     /// stop and the others go on, through the flat shape: tetrahedra turn inside out and stay so.
@@ -40,6 +48,8 @@ struct LinkSolver {
   enum class Passes { one_iteration, all_iterations };
 
   std::function<Again(std::int32_t body)> again;
+  /// The links of a soft body but those that only resist bending. Valid until the end of the step.
+  std::function<Span<const Link>(std::int32_t body)> links;
   /// Position iterations of a body.
   std::function<int(std::int32_t body)> iterations;
   /// Moves Motion::solved of these soft bodies (indices of bodies) by more passes over their links,

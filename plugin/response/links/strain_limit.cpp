@@ -1,0 +1,78 @@
+#include "response/links/strain_limit.h"
+
+#include <algorithm>
+
+#include "settings.h"
+#include "util/profile.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+// Bounds the length of a link. `along`: from its second vertex to its first one, metres, not zero.
+LinkLimit limit_of(std::int32_t body, std::int32_t index, const LinkSolver::Link& link,
+                   const Vector3d& along, double limit, const Motion& motion) {
+  const auto [a, b] = link.vertices;
+  LinkLimit made;
+  made.body = body;
+  made.link = index;
+  made.vertices = link.vertices;
+  made.direction = along.normalized();
+  made.longest =
+      std::max(limit * link.rest_length, (motion.start_of(a) - motion.start_of(b)).norm());
+  made.impulse = 0;
+  return made;
+}
+
+}  // namespace
+
+void StrainLimit::warm_start(const LinkSolver& links, ContactConstraints& constraints,
+                             const Motion& motion) {
+  if (limit_ == 0 || !links) return;
+  std::vector<LinkLimit> limits;
+  for (const LastLinkImpulse& last : constraints.last_link_impulses()) {
+    const Span<const LinkSolver::Link> of_body = links.links(last.body);
+    if (static_cast<std::size_t>(last.link) >= of_body.size()) continue;
+    const LinkSolver::Link& link = of_body[static_cast<std::size_t>(last.link)];
+    const auto [a, b] = link.vertices;
+    const Vector3d along = motion.start_of(a) - motion.start_of(b);
+    if (along.isZero() || !(motion.is_free(a) || motion.is_free(b))) continue;
+    limits.push_back(limit_of(last.body, last.link, link, along, limit_, motion));
+    limits.back().impulse = std::max(0.0, limits.back().direction.dot(last.impulse));
+  }
+  constraints.add_links(limits, motion);
+}
+
+void StrainLimit::find_stretched(std::int32_t body, const LinkSolver& links, const Motion& motion,
+                                 std::vector<LinkLimit>& stretched) const {
+  const Span<const LinkSolver::Link> of_body = links.links(body);
+  for (std::size_t i = 0; i < of_body.size(); ++i) {
+    const auto [a, b] = of_body[i].vertices;
+    if (!motion.is_free(a) && !motion.is_free(b)) continue;
+    const Vector3d along = motion.solved[a] - motion.solved[b];
+    const LinkLimit limit =
+        limit_of(body, static_cast<std::int32_t>(i), of_body[i], along, limit_, motion);
+    if (along.norm() > settings::links::strain_tolerance * limit.longest)
+      stretched.push_back(limit);
+  }
+}
+
+void StrainLimit::hold(std::vector<std::int32_t> bodies, const LinkSolver& links, int sweeps,
+                       ContactConstraints& constraints, Motion& motion) {
+  if (limit_ == 0 || bodies.empty()) return;
+  LAZYCCD_BT_PROFILE("strain limit");
+  std::sort(bodies.begin(), bodies.end());
+  for (int i = 0; i < settings::links::strain_rounds; ++i) {
+    std::vector<LinkLimit> stretched;
+    for (const std::int32_t body : bodies) find_stretched(body, links, motion, stretched);
+    if (stretched.empty()) return;
+    constraints.add_links(stretched, motion);
+    RowIslands& islands = constraints.islands(motion);
+    islands.select_none();
+    for (const LinkLimit& limit : stretched) islands.select_body(limit.body);
+    constraints.solve(motion, sweeps);
+  }
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

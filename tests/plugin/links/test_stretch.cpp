@@ -1,0 +1,129 @@
+// Contacts do not stretch links of the rigid world: turns of links and contacts, and the strain
+// limit.
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "plugin/support/obstacle_worlds.h"
+#include "scenes/meshes/cloth.h"
+#include "scenes/meshes/shapes.h"
+#include "support/catch.h"
+
+using namespace lazyccd;
+using namespace lazyccd::test;
+using scenes::vector;
+using scenes::World;
+
+namespace {
+
+constexpr double frame = 1.0 / 60;
+
+struct StretchWorld {
+  ObstacleWorld w;
+
+  explicit StretchWorld(const bullet::SolverOptions& options = {}) : w(World::rigid, 10, options) {}
+
+  btSoftBody* add_cloth(int nodes, double width, double height, double mass) {
+    btSoftBody* const cloth =
+        w.add(scenes::make_cloth(w.info(), nodes, nodes, mass,
+                                 [=](double u, double v) {
+                                   return vector((u - 0.5) * width, height, (v - 0.5) * width);
+                                 }),
+              0.005);
+    cloth->m_materials[0]->m_kLST = 1;
+    cloth->m_cfg.piterations = 4;
+    return cloth;
+  }
+
+  /// The longest link of the whole run, over its rest length.
+  double longest(const btSoftBody& body, int steps) {
+    btScalar longest = 0;
+    w.steps(steps, frame, [&](int) {
+      for (int i = 0; i < body.m_links.size(); ++i) {
+        const btSoftBody::Link& link = body.m_links[i];
+        longest = std::max(longest, (link.m_n[0]->m_x - link.m_n[1]->m_x).length() / link.m_rl);
+      }
+    });
+    return static_cast<double>(longest);
+  }
+};
+
+// On a ball of 3 cm: gravity moves a node by a quarter of an edge in a step.
+double stretch_on_small_ball(const bullet::SolverOptions& options) {
+  StretchWorld scene(options);
+  scene.w.add(std::make_unique<btSphereShape>(btScalar(0.03)), btVector3(0, 0, 0));
+  btSoftBody* const cloth = scene.add_cloth(11, 0.1, 0.04, 0.002);
+  return scene.longest(*cloth, 60);
+}
+
+// A box falls on a cloth whose corners are pinned.
+struct Carried {
+  StretchWorld scene;
+  btSoftBody* cloth;
+
+  Carried(double ratio, const bullet::SolverOptions& options) : scene(options) {
+    constexpr int nodes = 13;
+    constexpr double mass = 0.1;
+    cloth = scene.add_cloth(nodes, 2, 0, mass);
+    for (const int corner : {0, nodes - 1, nodes * (nodes - 1), nodes * nodes - 1})
+      cloth->setMass(corner, 0);
+    const btScalar half = btScalar(0.2);
+    scene.w.add(std::make_unique<btBoxShape>(btVector3(half, half, half)), vector(0, 0.3, 0),
+                static_cast<btScalar>(ratio * mass));
+  }
+};
+
+}  // namespace
+
+TEST_CASE("cloth that lies on a ball of few edges keeps its links") {
+  CHECK(stretch_on_small_ball({}) < 2.5);
+}
+
+TEST_CASE("the strain limit holds links under a weight, and can be left out") {
+  bullet::SolverOptions unlimited;
+  unlimited.strain_limit = 0;
+  Carried limited(100, {}), free(100, unlimited);
+  const double held = limited.scene.longest(*limited.cloth, 90),
+               longest = free.scene.longest(*free.cloth, 90);
+  CHECK(held < 6);
+  CHECK(longest > 2 * held);
+  CHECK(limited.scene.w.total().strained_links > 0);
+  CHECK(free.scene.w.total().strained_links == 0);
+}
+
+TEST_CASE("links at the strain limit move the same on any number of threads") {
+  std::vector<std::vector<btVector3>> ends;
+  for (const int threads : {1, 3}) {
+    bullet::SolverOptions options;
+    options.detector.threads = threads;
+    Carried carried(100, options);
+    carried.scene.longest(*carried.cloth, 60);
+    CHECK(carried.scene.w.total().strained_links > 0);
+    std::vector<btVector3>& end = ends.emplace_back();
+    for (int i = 0; i < carried.cloth->m_nodes.size(); ++i)
+      end.push_back(carried.cloth->m_nodes[i].m_x);
+  }
+  CHECK(ends[0] == ends[1]);
+}
+
+TEST_CASE("links at the strain limit are kept while other bodies come and go") {
+  Carried carried(10, {});
+  carried.scene.longest(*carried.cloth, 45);
+  btSoftBody* const other = carried.scene.add_cloth(5, 0.5, 2, 0.1);
+  CHECK(carried.scene.longest(*carried.cloth, 20) < 4);
+  carried.scene.w.remove(other);
+  CHECK(carried.scene.longest(*carried.cloth, 20) < 4);
+}
+
+TEST_CASE("nothing that touches nothing is held by the strain limit") {
+  StretchWorld scene;
+  btSoftBody* const cloth = scene.add_cloth(7, 1, 0, 0.1);
+  cloth->setMass(0, 0);
+  cloth->m_materials[0]->m_kLST = btScalar(0.01);
+  CHECK(scene.longest(*cloth, 60) > 1.5);
+  CHECK(scene.w.total().strained_links == 0);
+}
