@@ -72,8 +72,8 @@ struct LinkLimit {
   double impulse;      ///< that the row starts with, >= 0; unit as in ContactRow
 };
 
-/// The contact that stands for a link in lists of rows. Links of a body are before its contacts, in
-/// their own order.
+/// The contact that stands for a link in lists of rows. Links of a body are in their own order,
+/// before the contacts of its edges with each other.
 Contact contact_of(const LinkLimit& limit);
 inline bool is_of_link(const Contact& contact) { return contact.primitive_a < 0; }
 /// Index of the link of such a contact.

@@ -104,9 +104,12 @@ void ContactConstraints::find_active_rows(std::size_t first, std::size_t last,
 void ContactConstraints::renumber(const Renumbering& numbers) {
   clear_rows();
   last_impulses_.renumber(numbers);
-  for (LastLinkImpulse& last : last_link_impulses_)
+  const auto renumbered = [&numbers](LastLinkImpulse& last) {
     last.body = numbers.bodies[static_cast<std::size_t>(last.body)];
-  const auto is_gone = [](const LastLinkImpulse& last) { return last.body < 0; };
+    for (std::int32_t& v : last.vertices) v = numbers.vertices[static_cast<std::size_t>(v)];
+    return last.body >= 0 && last.vertices[0] >= 0 && last.vertices[1] >= 0;
+  };
+  const auto is_gone = [&](LastLinkImpulse& last) { return !renumbered(last); };
   last_link_impulses_.erase(
       std::remove_if(last_link_impulses_.begin(), last_link_impulses_.end(), is_gone),
       last_link_impulses_.end());
@@ -255,25 +258,40 @@ void ContactConstraints::add_links(const std::vector<LinkLimit>& links, const Mo
         [&](const Contact&, ContactRow& row) { factory.make_link(*next++, row); });
 }
 
+template <class Visit>
+void ContactConstraints::for_each_pulling_link(const Visit& visit) const {
+  for (std::size_t i = 0; has_links_ && i < rows_.size(); ++i)
+    if (rows_.is_made(i) && is_of_link(rows_.contact(i)) && rows_.made(i).normal_impulse > 0)
+      visit(rows_.made(i));
+}
+
 void ContactConstraints::take_link_impulses() {
   last_link_impulses_.clear();
-  for (std::size_t i = 0; has_links_ && i < rows_.size(); ++i) {
-    if (!rows_.is_made(i) || !is_of_link(rows_.contact(i))) continue;
-    const ContactRow& row = rows_.made(i);
-    if (row.normal_impulse == 0) continue;
-    const std::int32_t body = row.contact.body_a, link = link_of(row.contact);
+  for_each_pulling_link([this](const ContactRow& row) {
+    const Contact& contact = row.contact;
+    const std::int32_t body = contact.body_a, link = link_of(contact);
     if (last_link_impulses_.empty() || last_link_impulses_.back().body != body ||
         last_link_impulses_.back().link != link)
-      last_link_impulses_.push_back({body, link, Vector3d::Zero()});
+      last_link_impulses_.push_back(
+          {body, link, {contact.vertices[0], contact.vertices[2]}, Vector3d::Zero()});
     last_link_impulses_.back().impulse -= row.normal_impulse * row.normal;
-  }
+  });
 }
 
 std::int64_t ContactConstraints::count_pulling_links() const {
   std::int64_t count = 0;
-  for (std::size_t i = 0; has_links_ && i < rows_.size(); ++i)
-    count += rows_.is_made(i) && is_of_link(rows_.contact(i)) && rows_.made(i).normal_impulse > 0;
+  const Contact* last = nullptr;  // a link may have several rows, one after the other
+  for_each_pulling_link([&](const ContactRow& row) {
+    count += !last || *last < row.contact;
+    last = &row.contact;
+  });
   return count;
+}
+
+std::vector<const ContactRow*> ContactConstraints::loaded_rows() {
+  std::vector<const ContactRow*> rows = active_rows();
+  for_each_pulling_link([&rows](const ContactRow& row) { rows.push_back(&row); });
+  return rows;
 }
 
 void ContactConstraints::narrow_gaps(double fraction, const Motion& motion) {

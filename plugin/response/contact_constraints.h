@@ -13,6 +13,7 @@
 // world it takes at least a fraction of the sliding speed, as Bullet's (SlidingFriction).
 #pragma once
 
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -34,8 +35,9 @@ Vector3d gap_vector_at_end(const ContactRow& row, const Motion& motion);
 
 /// What the row of a link did in the last step.
 struct LastLinkImpulse {
-  std::int32_t body, link;  ///< as in LinkLimit
-  Vector3d impulse;         ///< on its first vertex towards the other one; unit as in ContactRow
+  std::int32_t body, link;               ///< as in LinkLimit
+  std::array<std::int32_t, 2> vertices;  ///< as in LinkLimit
+  Vector3d impulse;  ///< on its second vertex towards the first one; unit as in ContactRow
 };
 
 /// The rows of a step and their impulses.
@@ -80,6 +82,8 @@ class ContactConstraints {
   const std::vector<LastLinkImpulse>& last_link_impulses() const { return last_link_impulses_; }
   /// Number of links whose rows have an impulse.
   std::int64_t count_pulling_links() const;
+  /// active_rows(), and then the rows of links that have an impulse. Valid as active_rows().
+  std::vector<const ContactRow*> loaded_rows();
   /// Limits the target gap to `fraction` of the thickness, for rows that have a side of infinite
   /// mass and that `motion` violates: in those selected islands in which anything of infinite mass
   /// moves. If things of infinite mass close in on each other, there may be no room for all gaps.
@@ -114,6 +118,9 @@ class ContactConstraints {
   void merge(const std::vector<Contact>& contacts, const Motion& motion, const Make& make);
 
   void take_link_impulses();
+  /// Calls visit(row) for each row of a link that has an impulse, in their order.
+  template <class Visit>
+  void for_each_pulling_link(const Visit& visit) const;
   /// The rows of active_rows() among [first, last), which begins and ends with whole pairs.
   void find_active_rows(std::size_t first, std::size_t last,
                         std::vector<const ContactRow*>& found) const;

@@ -159,9 +159,9 @@ void Response::solve_speculative(const NearContacts& near, const std::vector<Con
   constraints_.take_near_contacts(near, motion);
   if (!penetrations.empty())
     constraints_.add_penetrations(penetrations, options_.untangling_speed, motion);
-  strain_limit_.warm_start(links, constraints_, motion);
+  strain_limit_.warm_start(near, links, constraints_, motion);
   constraints_.warm_start();
-  leave_supports(constraints_.active_rows(), motion);  // as in the last step, if at all
+  leave_supports(constraints_.loaded_rows(), motion);  // as in the last step, if at all
   constraints_.solve(motion, options_.solver_iterations);
   let_bodies_leave_supports(motion);
   hold_joints(motion);
@@ -174,7 +174,7 @@ void Response::solve_speculative(const NearContacts& near, const std::vector<Con
 }
 
 void Response::let_bodies_leave_supports(Motion& motion) {
-  const std::vector<int> left = leave_supports(constraints_.active_rows(), motion);
+  const std::vector<int> left = leave_supports(constraints_.loaded_rows(), motion);
   if (left.empty()) return;
   RowIslands& islands = constraints_.islands(motion);
   islands.select_none();
@@ -250,7 +250,8 @@ void Response::finish(Motion& motion, StepStats& stats) {
     add_restitution(constraints_.rows(), options_.restitution, options_.restitution_threshold,
                     options_.solver_iterations, threads_, motion);
   }
-  const std::vector<Island> islands = find_islands(active_rows, link_rounds_.bodies(), motion);
+  const std::vector<const ContactRow*> loaded_rows = constraints_.loaded_rows();
+  const std::vector<Island> islands = find_islands(loaded_rows, link_rounds_.bodies(), motion);
   std::vector<IslandMasses> masses;
   masses.reserve(islands.size());
   LAZYCCD_ASSERT(are_disjoint(islands, motion), "islands whose momentum is kept share no body");
@@ -259,7 +260,7 @@ void Response::finish(Motion& motion, StepStats& stats) {
   limit_lever_speeds(masses);
   limit_kinetic_energy(masses, motion);
   damp_deformation(active_rows, options_.rest_damping, options_.rest_speed, threads_, motion);
-  set_load_velocities(active_rows, motion);
+  set_load_velocities(loaded_rows, motion);
   LAZYCCD_ASSERT(std::all_of(motion.velocity_change.begin(), motion.velocity_change.end(),
                              [](const Vector3d& change) { return change.allFinite(); }),
                  "the response changes velocities by finite amounts");

@@ -54,7 +54,9 @@ RowEstimate ContactSolver::estimate(const ContactRow& row) const {
       std::binary_search(pressed_.begin(), pressed_.end(), ordered_bodies(row.contact));
   double gap = row.corrected_gap;
   if (is_pressed) gap = std::max(row.target_gap, std::min(gap, row.loaded_gap));
-  if (is_pressed || !(gap > row.target_gap)) gap *= settings::solver::split_gap_fraction;
+  // A little less than what impulses keep: a narrower gap, or a longer link, whose gap is negative.
+  constexpr double less = settings::solver::split_gap_fraction;
+  if (is_pressed || !(gap > row.target_gap)) gap *= is_of_link(row.contact) ? 2 - less : less;
   estimate.need = gap - row.start_gap - row.normal.dot(move);
   return estimate;
 }

@@ -39,8 +39,8 @@ void start_where_it_slept(btSoftBody& body) {
 // Bullet solves contacts and links in turn. A body with few position iterations bounces off if its
 // links are not solved again after the contacts. With more iterations the links hold it together,
 // and are solved again only where cloth carries a weight, which makes it stiffer, or where contacts
-// push it far. Ropes carry none: hundreds that a body rolls over would cost much. Tetrahedra turn
-// inside out in an impact, which no link undoes, unless links carry it upwards.
+// push it far. Under weights ropes are not: hundreds that a body rolls over would cost much.
+// Tetrahedra turn inside out in an impact, which no link undoes, unless links carry it upwards.
 LinkSolver::Again links_again(const btSoftBody& body) {
   if (body.m_tetras.size() > 0) return LinkSolver::Again::in_contact;
   if (body.m_cfg.kPR != 0 || body.m_cfg.kVC > 0) return LinkSolver::Again::where_pushed;

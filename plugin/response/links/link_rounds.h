@@ -24,12 +24,11 @@ struct LinkSolver {
     double rest_length;  ///< metres
   };
 
-  /// When the links of a body are solved again. Of each but the first and the last: also where
-  /// contacts move a node by much of its shortest edge. There links are stretched most.
+  /// When the links of a body are solved again.
   enum class Again {
     never,
-    /// Nothing else: only where contacts move a node so far. Nodes carry the pressure of a body to
-    /// the contacts, and only links hold them together.
+    /// Where contacts move a node by much of its shortest edge. There links are stretched most. So
+    /// it is with all that follow, too, but for in_contact.
     where_pushed,
     /// Under a weight: a rigid body that is much heavier than the nodes that carry it. If links
     /// are solved before the contacts alone, one solution of them must move these nodes by as much
@@ -48,7 +47,8 @@ struct LinkSolver {
   enum class Passes { one_iteration, all_iterations };
 
   std::function<Again(std::int32_t body)> again;
-  /// The links of a soft body but those that only resist bending. Valid until the end of the step.
+  /// The links of a soft body but those that only resist bending. Valid until the response begins
+  /// anew, or the step ends.
   std::function<Span<const Link>(std::int32_t body)> links;
   /// Position iterations of a body.
   std::function<int(std::int32_t body)> iterations;

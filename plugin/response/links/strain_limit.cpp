@@ -9,7 +9,7 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// Bounds the length of a link. `along`: from its second vertex to its first one, metres, not zero.
+// Bounds the length of a link. `along`: from its second vertex to its first one, metres.
 LinkLimit limit_of(std::int32_t body, std::int32_t index, const LinkSolver::Link& link,
                    const Vector3d& along, double limit, const Motion& motion) {
   const auto [a, b] = link.vertices;
@@ -24,19 +24,31 @@ LinkLimit limit_of(std::int32_t body, std::int32_t index, const LinkSolver::Link
   return made;
 }
 
+// By body: whether a contact may act on it.
+std::vector<char> find_touched(const NearContacts& near, const Motion& motion) {
+  std::vector<char> touched(motion.rigid_of_body.size(), 0);
+  for (std::size_t i = 0; i < near.contacts.size(); ++i) {
+    const Contact& contact = near.contacts[i];
+    if (near.estimates[i].can_act) touched[contact.body_a] = touched[contact.body_b] = 1;
+  }
+  return touched;
+}
+
 }  // namespace
 
-void StrainLimit::warm_start(const LinkSolver& links, ContactConstraints& constraints,
-                             const Motion& motion) {
-  if (limit_ == 0 || !links) return;
+void StrainLimit::warm_start(const NearContacts& near, const LinkSolver& links,
+                             ContactConstraints& constraints, const Motion& motion) {
+  if (limit_ == 0 || !links || constraints.last_link_impulses().empty()) return;
+  const std::vector<char> touched = find_touched(near, motion);
   std::vector<LinkLimit> limits;
   for (const LastLinkImpulse& last : constraints.last_link_impulses()) {
+    if (!touched[last.body] || links.again(last.body) == LinkSolver::Again::never) continue;
     const Span<const LinkSolver::Link> of_body = links.links(last.body);
     if (static_cast<std::size_t>(last.link) >= of_body.size()) continue;
     const LinkSolver::Link& link = of_body[static_cast<std::size_t>(last.link)];
     const auto [a, b] = link.vertices;
     const Vector3d along = motion.start_of(a) - motion.start_of(b);
-    if (along.isZero() || !(motion.is_free(a) || motion.is_free(b))) continue;
+    if (link.vertices != last.vertices || along.isZero()) continue;
     limits.push_back(limit_of(last.body, last.link, link, along, limit_, motion));
     limits.back().impulse = std::max(0.0, limits.back().direction.dot(last.impulse));
   }
@@ -52,7 +64,8 @@ void StrainLimit::find_stretched(std::int32_t body, const LinkSolver& links, con
     const Vector3d along = motion.solved[a] - motion.solved[b];
     const LinkLimit limit =
         limit_of(body, static_cast<std::int32_t>(i), of_body[i], along, limit_, motion);
-    if (along.norm() > settings::links::strain_tolerance * limit.longest)
+    if (along.norm() > limit.longest + settings::solver::min_speed * motion.dt &&
+        along.norm() > settings::links::strain_tolerance * limit_ * of_body[i].rest_length)
       stretched.push_back(limit);
   }
 }

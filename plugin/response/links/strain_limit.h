@@ -1,13 +1,15 @@
-// Keeps contacts from stretching links. Passes over the links move a node by its own mass and
-// remember nothing, so they cannot hold what is much heavier. A link that is stretched beyond the
-// limit becomes a row among those of the contacts, with an impulse that is kept. Source: Provot
-// 1995, "Deformation constraints in a mass-spring model to describe rigid cloth behavior".
+// Keeps links from being stretched by contacts. A pass over the links moves a node against the mass
+// of the node alone and remembers nothing, so passes cannot hold what is much heavier. A link that
+// is stretched beyond the limit becomes a row among those of the contacts, with an impulse that is
+// kept. Source: Provot 1995, "Deformation constraints in a mass-spring model to describe rigid
+// cloth behavior".
 #pragma once
 
 #include <algorithm>
 #include <cstdint>
 #include <vector>
 
+#include "contact/near_contacts.h"
 #include "motion/motion.h"
 #include "response/contact_constraints.h"
 #include "response/links/link_rounds.h"
@@ -20,9 +22,10 @@ class StrainLimit {
   /// `limit`: SolverOptions::strain_limit.
   explicit StrainLimit(double limit) : limit_(limit > 0 ? std::max(1.0, limit) : 0) {}
 
-  /// Adds rows of the links that pulled in the last step, with their impulses. Call before the
-  /// first solve.
-  void warm_start(const LinkSolver& links, ContactConstraints& constraints, const Motion& motion);
+  /// Adds rows of the links that pulled in the last step, with their impulses, if a contact of
+  /// `near` may act on their body. Call before the first solve.
+  void warm_start(const NearContacts& near, const LinkSolver& links,
+                  ContactConstraints& constraints, const Motion& motion);
   /// Adds rows of the links of these soft bodies that are too long in the solved motion, and solves
   /// again, until there are none or the rounds are over. A link may be as long as the limit, or as
   /// it was at the start of the step if that is longer. `sweeps`: as in ContactSolver::solve().

@@ -84,11 +84,12 @@ struct SolverOptions {
   double rest_speed = 0.04;
   double rest_damping = 20;  ///< highest rate of that damping, 1/s, >= 0; 0: no damping
 
-  /// How far contacts may stretch a link of the rigid world, as a multiple of its rest length, >=
-  /// 0; less than 1 counts as 1. Acts where contacts move a node of the body by more than 0.7 of
-  /// its shortest edge in a step. A link that is longer already does not get longer there. Weights
-  /// of ten times a cloth and more may stretch it farther: the solver ends before it has their
-  /// whole load. 0: no limit.
+  /// How long a link of the rigid world may get while contacts push its body hard, as a multiple of
+  /// its rest length, >= 0; less than 1 counts as 1. That is where they move a node by more than
+  /// 0.7 of its shortest edge in a step, and under weights and in impacts. Links may be stretched
+  /// there by whatever else pulls at them, but not beyond the limit, or their length at the start
+  /// of the step. Fast impacts, and weights of ten times a cloth and more, stretch them farther. 0:
+  /// no limit.
   double strain_limit = 1.5;
 
   /// Speed at which intersecting bodies are moved apart, m/s, >= 0. Acts on scenes that begin with
