@@ -90,7 +90,7 @@ struct SolverOptions {
   /// there by whatever else pulls at them, but not beyond the limit, or their length at the start
   /// of the step. Fast impacts, and weights of ten times a cloth and more, stretch them farther. 0:
   /// no limit.
-  double strain_limit = 1.5;
+  double strain_limit = 2;
 
   /// Speed at which intersecting bodies are moved apart, m/s, >= 0. Acts on scenes that begin with
   /// intersections, and on bodies that the application puts into others. What is deep inside of a
