@@ -44,7 +44,6 @@ void StepDetector::set_lengths(double largest_thickness, const Renumbering& numb
 
 void StepDetector::set_topology(const Renumbering& numbers,
                                 const std::vector<std::int32_t>& changed_bodies) {
-  prediction_.forget();
   note_seen_end();
   touching_topology_is_current_ = false;
   if (!(separation_ > 0)) {

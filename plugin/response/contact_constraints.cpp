@@ -288,10 +288,11 @@ std::int64_t ContactConstraints::count_pulling_links() const {
   return count;
 }
 
-std::vector<const ContactRow*> ContactConstraints::loaded_rows() {
-  std::vector<const ContactRow*> rows = active_rows();
-  for_each_pulling_link([&rows](const ContactRow& row) { rows.push_back(&row); });
-  return rows;
+const std::vector<const ContactRow*>& ContactConstraints::loaded_rows() {
+  if (!has_links_) return active_rows();
+  loaded_rows_ = active_rows();
+  for_each_pulling_link([this](const ContactRow& row) { loaded_rows_.push_back(&row); });
+  return loaded_rows_;
 }
 
 void ContactConstraints::narrow_gaps(double fraction, const Motion& motion) {

@@ -83,7 +83,7 @@ class ContactConstraints {
   /// Number of links whose rows have an impulse.
   std::int64_t count_pulling_links() const;
   /// active_rows(), and then the rows of links that have an impulse. Valid as active_rows().
-  std::vector<const ContactRow*> loaded_rows();
+  const std::vector<const ContactRow*>& loaded_rows();
   /// Limits the target gap to `fraction` of the thickness, for rows that have a side of infinite
   /// mass and that `motion` violates: in those selected islands in which anything of infinite mass
   /// moves. If things of infinite mass close in on each other, there may be no room for all gaps.
@@ -149,6 +149,7 @@ class ContactConstraints {
   std::optional<std::vector<const ContactRow*>> active_rows_;  // none: rows changed since
   // Scratch memory of active_rows() and warm_start(), by part of their work.
   std::vector<std::vector<const ContactRow*>> active_parts_;
+  std::vector<const ContactRow*> loaded_rows_;  // result of loaded_rows() if there are links
   std::vector<std::vector<WarmStart>> warm_starts_;
   LastImpulses last_impulses_;
   std::vector<LastLinkImpulse> last_link_impulses_;

@@ -250,7 +250,7 @@ void Response::finish(Motion& motion, StepStats& stats) {
     add_restitution(constraints_.rows(), options_.restitution, options_.restitution_threshold,
                     options_.solver_iterations, threads_, motion);
   }
-  const std::vector<const ContactRow*> loaded_rows = constraints_.loaded_rows();
+  const std::vector<const ContactRow*>& loaded_rows = constraints_.loaded_rows();
   const std::vector<Island> islands = find_islands(loaded_rows, link_rounds_.bodies(), motion);
   std::vector<IslandMasses> masses;
   masses.reserve(islands.size());
