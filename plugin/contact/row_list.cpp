@@ -12,6 +12,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 void RowList::clear() {
   made_index_.clear();
+  may_need_split_.clear();
   near_ = {};
   factory_.reset();
 }
@@ -23,6 +24,7 @@ void RowList::take(std::vector<ContactRow>& rows) {
   made_count_ = made_.size();
   made_index_.resize(made_count_);
   std::iota(made_index_.begin(), made_index_.end(), 0);
+  may_need_split_.assign(made_count_, 0);
 }
 
 void RowList::take(const NearContacts& near, const RowFactory& factory) {
@@ -33,6 +35,7 @@ void RowList::take(const NearContacts& near, const RowFactory& factory) {
   near_ = near;
   factory_ = factory;
   made_index_.assign(near.contacts.size(), -1);
+  may_need_split_.assign(near.contacts.size(), 0);
   made_count_ = 0;
   if (made_.capacity() < made_index_.size()) made_.clear();  // no copies of old rows
   made_.reserve(made_index_.size());                         // references to rows stay valid

@@ -51,6 +51,10 @@ class RowList {
     }
     return made_[made_index_[i]];
   }
+  /// Whether the row may need a split impulse.
+  bool may_need_split(std::size_t i) const { return may_need_split_[i] != 0; }
+  /// Several threads may do this for different rows.
+  void set_may_need_split(std::size_t i, bool may) { may_need_split_[i] = may; }
   /// Returns row `i`, which is made.
   const ContactRow& made(std::size_t i) const {
     LAZYCCD_ASSERT(is_made(i), "a row that is read as made is made");
@@ -80,6 +84,7 @@ class RowList {
   std::vector<std::int32_t> made_index_;  // index in made_; negative: not made
   std::vector<ContactRow> made_;          // then rows of earlier steps, kept for their memory
   std::size_t made_count_ = 0;
+  std::vector<char> may_need_split_;
   NearContacts near_;
   std::optional<RowFactory> factory_;  // makes the missing rows
 };

@@ -125,6 +125,7 @@ struct Motion {
   /// By soft vertex: displacement that the body's own links add to the prediction, once contacts
   /// have moved it, metres.
   std::vector<Vector3d> link_displacement;
+  bool links_moved = false;  ///< false: link_displacement is zero
   // Results of the response, by soft vertex. `end` is solved + split_displacement, rounded.
   std::vector<Vector3d> solved;  ///< positions after impulses, metres; velocities follow
   /// Displacement that restores gaps, metres; velocities do not follow it.

@@ -52,7 +52,7 @@ void ContactConstraints::clear_rows() {
   rows_.clear();
   has_links_ = false;
   active_rows_.reset();
-  islands_are_current_ = false;
+  islands_are_current_ = solver_is_current_ = false;
   sweep_count_ = 0;
   approach_.clear();
 }
@@ -126,7 +126,7 @@ void ContactConstraints::forget() {
 
 void ContactConstraints::take_near_contacts(const NearContacts& near, const Motion& motion) {
   active_rows_.reset();
-  islands_are_current_ = false;
+  islands_are_current_ = solver_is_current_ = false;
   rows_.take(near, RowFactory(surfaces_, position_correction_, motion));
 }
 
@@ -174,6 +174,7 @@ void ContactConstraints::warm_start() {
 
 void ContactConstraints::cold_start(Motion& motion) {
   active_rows_.reset();
+  solver_is_current_ = false;
   const RowIslands& all = islands(motion);
   for (std::size_t island = 0; island < all.count(); ++island) {
     if (!all.is_selected(island)) continue;
@@ -195,7 +196,7 @@ void ContactConstraints::merge(const std::vector<Contact>& contacts, const Motio
   LAZYCCD_ASSERT(std::is_sorted(contacts.begin(), contacts.end()),
                  "contacts that become rows are in order");
   active_rows_.reset();
-  islands_are_current_ = false;
+  islands_are_current_ = solver_is_current_ = false;
   merged_.clear();
   merged_.reserve(rows_.size() + contacts.size());
   std::size_t old = 0;
@@ -337,8 +338,21 @@ void ContactConstraints::solve(Motion& motion, int sweeps) {
 
 void ContactConstraints::solve_impulses(Motion& motion, int sweeps, ContactSolver::Manner manner) {
   LAZYCCD_BT_PROFILE("solve");
+  solver_.set_up(rows_, islands(motion), motion, manner);
+  solver_is_current_ = true;
+  solve_set_up(motion, sweeps);
+}
+
+void ContactConstraints::solve_impulses_again(Motion& motion, int sweeps,
+                                              ContactSolver::Manner manner) {
+  if (!solver_is_current_ || !solver_.can_go_on()) return solve_impulses(motion, sweeps, manner);
+  LAZYCCD_BT_PROFILE("solve again");
+  solver_.go_on(manner);
+  solve_set_up(motion, sweeps);
+}
+
+void ContactConstraints::solve_set_up(Motion& motion, int sweeps) {
   active_rows_.reset();
-  solver_.set_up(ContactSolver::Target::motion, rows_, islands(motion), motion, manner);
   record_approach(motion);
   sweep_count_ += solver_.solve(sweeps);
   solver_.write(motion);
@@ -373,10 +387,9 @@ void ContactConstraints::solve_split_impulses(Motion& motion, int sweeps) {
   active_rows_.reset();
   const RowIslands& all = islands(motion);
   const std::vector<BodyPair> pressed = find_pressed_pairs(motion);
-  solver_.set_up(ContactSolver::Target::split_impulse, rows_, all, motion,
-                 ContactSolver::Manner::full, pressed);
-  sweep_count_ += solver_.solve(sweeps);
-  solver_.write(motion);
+  split_solver_.set_up(rows_, all, motion, ContactSolver::Manner::full, pressed);
+  sweep_count_ += split_solver_.solve(sweeps);
+  split_solver_.write(motion);
   const auto is_solved = [&all](std::size_t rigid) {
     const std::int32_t island = all.of_rigid(rigid);
     return island >= 0 && all.is_selected(island);

@@ -49,7 +49,8 @@ class ContactConstraints {
       : surfaces_(surfaces),
         position_correction_(position_correction),
         threads_(threads),
-        solver_(threads) {}
+        solver_(ContactSolver::Target::motion, threads),
+        split_solver_(ContactSolver::Target::split_impulse, threads) {}
 
   /// Starts a step without rows. Remembers the impulses of the last step.
   void begin_step();
@@ -95,6 +96,9 @@ class ContactConstraints {
   void solve(Motion& motion, int sweeps);
   /// The two halves of solve(). The second one follows the first one, or several of them.
   void solve_impulses(Motion& motion, int sweeps, ContactSolver::Manner manner);
+  /// The first half again, where since then links have moved nodes and nothing else has changed but
+  /// which islands are selected.
+  void solve_impulses_again(Motion& motion, int sweeps, ContactSolver::Manner manner);
   void solve_split_impulses(Motion& motion, int sweeps);
 
   /// Islands of the present rows. All are selected when rows have changed.
@@ -131,6 +135,8 @@ class ContactConstraints {
   void narrow_gap(ContactRow& row, double fraction, const Motion& motion);
   /// By island: whether a body in its contacts has prescribed motion.
   std::vector<char> find_prescribed_motion(const Motion& motion);
+  /// The rest of solve_impulses(), once the problems are set up.
+  void solve_set_up(Motion& motion, int sweeps);
   void record_approach(const Motion& motion);
 
   // A row that starts with an impulse of the last step.
@@ -157,7 +163,8 @@ class ContactConstraints {
   bool islands_are_current_ = false;  // false: rows changed since
   std::vector<double> approach_;      // by body, metres
   int sweep_count_ = 0;               // in this step
-  ContactSolver solver_;              // kept for its memory
+  ContactSolver solver_, split_solver_;
+  bool solver_is_current_ = false;  // false: rows changed since solver_ was set up
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

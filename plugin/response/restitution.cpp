@@ -103,10 +103,10 @@ void add_restitution(RowList& rows, double restitution, double threshold, int sw
     row.tangent_impulse.setZero();
   }
   RowList list(std::move(bouncing));
-  ContactSolver solver(threads);
+  ContactSolver solver(ContactSolver::Target::motion, threads);
   RowIslands islands;
   islands.find(list, bounce, threads);
-  solver.set_up(ContactSolver::Target::motion, list, islands, bounce);
+  solver.set_up(list, islands, bounce);
   solver.solve(sweeps);
   solver.write(bounce);
   add_within_energy(bounce, islands, motion);

@@ -11,24 +11,20 @@
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
-namespace {
-
-// Vertices that a thread takes at a time.
-constexpr std::size_t vertices_of_item = 1024;
-
-std::size_t items(std::size_t count) { return (count + vertices_of_item - 1) / vertices_of_item; }
-
-}  // namespace
 
 void ContactSolver::write(Motion& motion) {
-  for_each(items(vertex_of_.size()), [&](std::size_t item, int) {
-    for_each_vertex(item, [&](std::int32_t v) {
-      if (for_split_impulse_) {
-        motion.split_displacement[v].setZero();
-      } else {
-        motion.solved[v] = motion.predicted[v] + motion.link_displacement[v];
-      }
+  const auto for_each_vertex = [this](const auto& each) {
+    for_each(block_count_, [&](std::size_t i, int) {
+      if (!is_selected(blocks_[i])) return;
+      for (const std::int32_t v : blocks_[i].new_vertices) each(v);
     });
+  };
+  for_each_vertex([&](std::int32_t v) {
+    if (for_split_impulse_) {
+      motion.split_displacement[v].setZero();
+    } else {
+      motion.solved[v] = motion.predicted[v] + motion.link_displacement[v];
+    }
   });
   for (std::size_t i = 0; i < motion.rigid.size(); ++i) {
     if (!moves(i)) continue;
@@ -41,17 +37,15 @@ void ContactSolver::write(Motion& motion) {
   written_.resize(displacement_.size());
   for_each_block_by_stage(
       [&](const RowBlock& block, int worker) {
-        write(block, motion, scratch_[static_cast<std::size_t>(worker)]);
+        if (is_selected(block)) write(block, motion, scratch_[static_cast<std::size_t>(worker)]);
       },
       [&](const SharedSlots& shared, const SharedSlots::Grain& grain) {
-        write(shared, grain, motion);
+        if (islands_->is_selected(grain.island)) write(shared, grain, motion);
       });
-  for_each(items(vertex_of_.size()), [&](std::size_t item, int) {
-    for_each_vertex(item, [&](std::int32_t v) {
-      LAZYCCD_ASSERT(motion.solved[v].allFinite() && motion.split_displacement[v].allFinite(),
-                     "the solver moves nodes to finite positions");
-      motion.round_end(v);
-    });
+  for_each_vertex([&](std::int32_t v) {
+    LAZYCCD_ASSERT(motion.solved[v].allFinite() && motion.split_displacement[v].allFinite(),
+                   "the solver moves nodes to finite positions");
+    motion.round_end(v);
   });
   for (ArticulatedMotion& body : motion.articulated) {
     if (!moves(body.links.front().rigid)) continue;
@@ -70,13 +64,6 @@ Vector3d& ContactSolver::translation_of(RigidMotion& body) const {
 
 Vector3d& ContactSolver::rotation_of(RigidMotion& body) const {
   return for_split_impulse_ ? body.split_rotation : body.rotation;
-}
-
-template <class Visit>
-void ContactSolver::for_each_vertex(std::size_t item, const Visit& visit) const {
-  const std::size_t last = std::min((item + 1) * vertices_of_item, vertex_of_.size());
-  for (std::size_t i = item * vertices_of_item; i < last; ++i)
-    if (vertex_of_[i] >= 0) visit(vertex_of_[i]);
 }
 
 void ContactSolver::write(const RowBlock& block, Motion& motion, Scratch& scratch) {

@@ -10,6 +10,10 @@
 // accelerated gradient schemes", section 3.2). Friction is not the gradient of any function, so the
 // extrapolation is also restarted if the changes of the sweeps grow.
 //
+// Displacements count from the motion without impulses and without links that were solved again. So
+// a problem can be solved further after links have moved nodes (go_on()): rows, blocks and impulses
+// stay, and only displacements begin anew, from those of the links.
+//
 // Rows are solved in blocks of neighbours (row_block.h). The blocks of a stage are solved on
 // several threads. What two of them move is split between them (shared_slots.h), and joined again
 // after the stage. Rows that come later, because they are violated, make a stage of their own.
@@ -50,15 +54,16 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-/// Solves the problems of some islands at a time: set_up(), solve(), write(). Memory is kept for
-/// the next time.
+/// Solves the problems of some islands at a time: set_up(), solve(), write(), and as often as links
+/// move nodes again: go_on(), solve(), write(). Memory is kept for the next time.
 class ContactSolver {
  public:
-  explicit ContactSolver(const Threads& threads) : threads_(threads) {}
-
   /// Quantity that the impulses change. motion: the solved motion, and velocities follow it.
   /// split_impulse: only positions, to restore gaps.
   enum class Target { motion, split_impulse };
+
+  ContactSolver(Target target, const Threads& threads)
+      : for_split_impulse_(target == Target::split_impulse), threads_(threads) {}
 
   /// How a problem is solved.
   enum class Manner {
@@ -70,12 +75,17 @@ class ContactSolver {
     round
   };
 
-  /// Sets up the problems of a target and of the selected islands, starting from the impulses that
-  /// the rows have. `rows`, `islands` and `motion` must not change until write(). The problems of
-  /// split impulses must follow those of the motion, with the same rows and islands. `pressed`: for
-  /// split impulses, the pairs of bodies that press on each other, as find_pressed_pairs().
-  void set_up(Target target, RowList& rows, const RowIslands& islands, const Motion& motion,
+  /// Sets up the problems of the selected islands, starting from the impulses that the rows have.
+  /// `rows`, `islands` and `motion` must not change until write(). The problems of split impulses
+  /// must follow those of the motion, with the same rows and islands. `pressed`: for split
+  /// impulses, the pairs of bodies that press on each other, as find_pressed_pairs().
+  void set_up(RowList& rows, const RowIslands& islands, const Motion& motion,
               Manner manner = Manner::full, Span<const BodyPair> pressed = {});
+  /// Whether all selected islands have a problem, so that go_on() may follow.
+  bool can_go_on() const;
+  /// Goes on from the impulses of the last write(), in the selected islands. Since then, of all
+  /// that set_up() took, only Motion::link_displacement and the selection may have changed.
+  void go_on(Manner manner);
 
   /// By island: largest displacement along a normal that impulses must add to those that the rows
   /// have, metres; 0 for islands that are not selected.
@@ -97,10 +107,6 @@ class ContactSolver {
 
   using Indices = std::vector<std::int32_t>;
 
-  struct RowNeed {
-    double displacement;          // along the normal, that the impulses must add, metres
-    bool may_need_split = false;  // the row may need a split impulse
-  };
   // Largest values over rows: need in metres, squared displacement in m^2, normal mass in kg.
   struct Largest {
     double need = 0, move_squared = 0, normal_mass = 0;
@@ -108,7 +114,8 @@ class ContactSolver {
   };
   // The problem of an island.
   struct Problem {
-    bool is_open = false;    // selected, and some row needs something
+    bool is_set_up = false;
+    bool is_open = false;    // set up, and some row needs something
     bool is_pushed = false;  // by motors of a multibody, besides the contacts
     bool any_active = false;
     Largest largest;
@@ -148,7 +155,10 @@ class ContactSolver {
     Indices copy_of;  // by slot: the copy that the present block has, or 0
   };
 
-  RowEstimate estimate(const ContactRow& row) const;
+  /// `move`: displacement of one side relative to the other, without impulses, metres.
+  RowEstimate estimate(const ContactRow& row, const Vector3d& move) const;
+  /// The part of such a displacement that links make which were solved again, metres.
+  Vector3d move_by_links(const ContactRow& row) const;
   bool has_impulse(const ContactRow& row) const {
     return for_split_impulse_ ? row.split_impulse != 0 : row.has_impulse();
   }
@@ -171,6 +181,20 @@ class ContactSolver {
   /// needs anything. Returns whether any is open.
   bool classify_rows(bool only_may_need_split);
   void classify(RowChunk& chunk, bool only_may_need_split);
+  /// Displacements of all that has a slot begin anew, from what links and motors have moved. Nodes
+  /// that links have moved get slots.
+  void restart_displacements();
+  /// Displacement of a soft vertex by links that were solved again.
+  Float4 link_displacement(std::int32_t vertex, const Problem& problem) const;
+  /// Whether no block has claimed this slot of a node.
+  bool is_unclaimed(std::int32_t slot) const { return slot > 0 && vertex_of_[slot] < 0; }
+  void give_slots_to_moved(std::int32_t body);
+  /// Batches of a block begin anew, from their impulses.
+  void restart(RowBlock& block) const;
+  /// Adds what impulses do, and rows that are violated then. Sets Problem::max_violation.
+  void start_from_impulses();
+  void add_blocks(RowsByIsland rows);
+  bool is_selected(const RowBlock& block) const { return islands_->is_selected(block.island); }
   /// Makes the batches of the rows that have no impulse.
   void set_up_inactive(RowChunk& chunk);
   void find_violated(RowChunk& chunk);
@@ -183,6 +207,8 @@ class ContactSolver {
   /// `extra_normal`, `extra_tangent`: what the splitting of masses adds to the compliance, 1/kg.
   void fill(RowBatch& batch, int lane, const Problem& problem, const ContactRow& row,
             double extra_normal, double extra_tangent, double need, const Indices& copy_of) const;
+  /// What bounds the friction of the rows besides Coulomb's cone, as `manner_` has it.
+  void bound_sliding(RowBatch& batch) const;
   /// Sets bodies_ and couplings_.
   void set_up_bodies();
   /// Sets Problem::is_pushed.
@@ -214,9 +240,6 @@ class ContactSolver {
   /// The motion of a body that impulses of the target change.
   Vector3d& translation_of(RigidMotion& body) const;
   Vector3d& rotation_of(RigidMotion& body) const;
-  /// Calls visit(v) for the soft vertices of an item of write().
-  template <class Visit>
-  void for_each_vertex(std::size_t item, const Visit& visit) const;
   std::int32_t displacement_count() const {
     return static_cast<std::int32_t>(displacement_.size());
   }
@@ -225,6 +248,7 @@ class ContactSolver {
             displacement_.data()};
   }
 
+  const bool for_split_impulse_;
   // Chosen per object: a constant of the .cpp file may not be initialized yet when a world is
   // stepped during static initialization.
   const PgsKernels* kernels_ = best_pgs_kernels();
@@ -233,13 +257,12 @@ class ContactSolver {
   RowList* rows_ = nullptr;
   const RowIslands* islands_ = nullptr;
   const Motion* motion_ = nullptr;
-  // From one problem to the next only memory and RowNeed::may_need_split are kept.
-  bool for_split_impulse_ = false;
   Span<const BodyPair> pressed_;  // in set_up() of split impulses
   Manner manner_ = Manner::full;
   bool has_rigid_terms_ = false;
   std::vector<Problem> problems_;  // by island
-  std::vector<RowNeed> needs_;     // by row of the list
+  // By row of the list: displacement along the normal that links and impulses must add, metres.
+  std::vector<double> needs_;
   std::vector<RowChunk> chunks_;
   std::size_t chunk_count_ = 0;
   std::vector<RowBlock> blocks_;
@@ -255,10 +278,10 @@ class ContactSolver {
   std::vector<RowBody> bodies_;   // rigid bodies; then those that blocks of a stage share, split
   std::vector<RowCoupling> couplings_;
   // Displacements: index 0 for everything immovable; translation and rotation of each rigid body;
-  // then nodes and what the blocks have of their own. last_displacement_: at the end of the sweep
-  // before.
+  // then nodes and what the blocks have of their own. Nodes are moved by links and impulses, bodies
+  // by motors and impulses. last_displacement_: at the end of the sweep before.
   std::vector<Float4> displacement_, last_displacement_;
-  Indices vertex_of_;  // by displacement: the soft vertex that it moves, or -1
+  Indices vertex_of_;  // by displacement: the soft vertex that a block moves, or -1
   Indices node_of_;    // by soft vertex: index of its displacement, or 0; a last 0 for all others
   // By displacement: what the impulses of a block do to its copy, metres and radians; for write().
   std::vector<Vector3d> written_;

@@ -118,7 +118,8 @@ void ContactSolver::fill(RowBlock& block, const RowBatches::Batch& rows, RowBatc
     std::stable_sort(first_term, block.terms.end(), is_before);
   for (int lane = 0; lane < RowBatch::lanes && rows[lane] != RowBatches::none; ++lane)
     fill(batch, lane, problems_[block.island], (*rows_)[rows[lane]], extra_normal[lane],
-         extra_tangent[lane], needs_[rows[lane]].displacement, copy_of);
+         extra_tangent[lane], needs_[rows[lane]], copy_of);
+  bound_sliding(batch);
   std::copy(std::begin(batch.impulse), std::end(batch.impulse), batch.last_impulse);
 }
 
@@ -134,9 +135,7 @@ void ContactSolver::fill(RowBatch& batch, int lane, const Problem& problem, cons
   set(batch.tangent_move + at, (slide - row.normal.dot(slide) * row.normal) / length_unit);
   const float sliding = for_split_impulse_ ? 0 : static_cast<float>(row.sliding_fraction);
   batch.slides = batch.slides || sliding != 0;
-  batch.tangent_move[at + 3] = batch.sliding[at + 3] = sliding;
-  if (sliding != 0 && manner_ == Manner::round && !row.tangent_impulse.isZero())
-    batch.tangent_move[at + 3] = -static_cast<float>(unit * row.tangent_impulse.norm());
+  batch.sliding[at + 3] = sliding;
   set(batch.impulse + at, (for_split_impulse_ ? 0 : unit) * row.tangent_impulse);
   batch.impulse[at + 3] =
       static_cast<float>(unit * (for_split_impulse_ ? row.split_impulse : row.normal_impulse));
@@ -165,6 +164,15 @@ void ContactSolver::fill(RowBatch& batch, int lane, const Problem& problem, cons
   float* const compliance = batch.compliance + at;
   compliance[0] = compliance[1] = compliance[2] = static_cast<float>(mass_unit / tangent_mass);
   compliance[3] = static_cast<float>(mass_unit / normal_mass);
+}
+
+void ContactSolver::bound_sliding(RowBatch& batch) const {
+  for (int at = 3; at < 4 * RowBatch::lanes; at += 4) {
+    batch.tangent_move[at] = batch.sliding[at];
+    if (batch.sliding[at] == 0 || manner_ != Manner::round) continue;
+    const Vector3d impulse = vector_of(batch.impulse + at - 3);
+    if (!impulse.isZero()) batch.tangent_move[at] = -static_cast<float>(impulse.norm());
+  }
 }
 
 RowRigidTerm ContactSolver::make_term(const RigidTerm& term, int lane) const {

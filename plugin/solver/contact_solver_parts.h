@@ -24,7 +24,7 @@ inline void set(float* to, const Vector3d& x) {
 }
 
 /// Displacement of one side relative to the other in the step, without the impulses of the problem,
-/// metres.
+/// and for those on the motion without links that were solved again, metres.
 Vector3d move_without_impulses(const ContactRow& row, bool for_split_impulse, const Motion& motion);
 
 /// Adds rows to the problem, in new blocks. run() and next() are those of Threads::run_phases(), so

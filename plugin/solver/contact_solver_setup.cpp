@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "contact/rigid_terms.h"
@@ -33,9 +34,7 @@ Vector3d move_without_impulses(const ContactRow& row, bool for_split_impulse,
   for (int k = 0; k < 4; ++k) {
     const std::int32_t v = row.contact.vertices[k];
     Vector3d end = motion.end_without_impulses(v);
-    if (motion.is_free(v))
-      end =
-          for_split_impulse ? motion.solved[v] : motion.predicted[v] + motion.link_displacement[v];
+    if (motion.is_free(v)) end = for_split_impulse ? motion.solved[v] : motion.predicted[v];
     sum += row.weights[k] * (end - motion.start_of(v));
   }
   if (!for_split_impulse) return sum;
@@ -46,8 +45,17 @@ Vector3d move_without_impulses(const ContactRow& row, bool for_split_impulse,
   return sum;
 }
 
-RowEstimate ContactSolver::estimate(const ContactRow& row) const {
-  const Vector3d move = move_without_impulses(row, for_split_impulse_, *motion_);
+Vector3d ContactSolver::move_by_links(const ContactRow& row) const {
+  Vector3d sum = Vector3d::Zero();
+  if (for_split_impulse_ || !motion_->links_moved) return sum;
+  for (int k = 0; k < 4; ++k) {
+    const std::int32_t v = row.contact.vertices[k];
+    if (motion_->is_free(v)) sum += row.weights[k] * motion_->link_displacement[v];
+  }
+  return sum;
+}
+
+RowEstimate ContactSolver::estimate(const ContactRow& row, const Vector3d& move) const {
   RowEstimate estimate = estimate_row(row, move);
   if (!for_split_impulse_) return estimate;
   const bool is_pressed =
@@ -74,8 +82,8 @@ void ContactSolver::RowsByIsland::add(std::size_t island, std::int32_t row) {
   parts.back().last = rows.size();
 }
 
-void ContactSolver::set_up(Target target, RowList& rows, const RowIslands& islands,
-                           const Motion& motion, Manner manner, Span<const BodyPair> pressed) {
+void ContactSolver::set_up(RowList& rows, const RowIslands& islands, const Motion& motion,
+                           Manner manner, Span<const BodyPair> pressed) {
   LAZYCCD_ASSERT(islands.row_count() <= rows.size(), "islands are of the rows to solve");
   LAZYCCD_ASSERT(motion.solved.size() == motion.inverse_mass.size() &&
                      motion.predicted.size() == motion.size(),
@@ -83,7 +91,6 @@ void ContactSolver::set_up(Target target, RowList& rows, const RowIslands& islan
   rows_ = &rows;
   islands_ = &islands;
   motion_ = &motion;
-  for_split_impulse_ = target == Target::split_impulse;
   manner_ = manner;
   pressed_ = pressed;
   has_rigid_terms_ = !motion.rigid.empty() || !motion.anchored.empty();
@@ -91,7 +98,7 @@ void ContactSolver::set_up(Target target, RowList& rows, const RowIslands& islan
   block_count_ = block_row_count_ = stage_count_ = 0;
   bodies_.clear();
   couplings_.clear();
-  vertex_of_.clear();  // what write() visits, also if there is nothing to solve
+  displacement_.clear();
   make_chunks();
   if (for_split_impulse_ && !classify_rows(true)) return;
   if (!classify_rows(false)) return;
@@ -101,42 +108,118 @@ void ContactSolver::set_up(Target target, RowList& rows, const RowIslands& islan
     if (largest.normal_mass > 0) problem.mass_unit = largest.normal_mass;
   }
   set_up_bodies();
-  displacement_.assign(1 + 2 * bodies_.size(), Float4{});
+  displacement_.resize(1 + 2 * bodies_.size());
   vertex_of_.assign(displacement_.size(), -1);
-  set_motor_displacements();
   node_of_.assign(static_cast<std::size_t>(motion.soft_count()) + 1, 0);
+  restart_displacements();
   if (scratch_.empty()) scratch_.resize(static_cast<std::size_t>(threads_.count()));
   for_each(chunk_count_, [this](std::size_t i, int) { set_up_inactive(chunks_[i]); });
-
-  const auto add = [this](RowsByIsland&& new_rows) {
-    NewBlocks added(*this);
-    const std::size_t count = added.start(std::move(new_rows));
-    threads_for(count).run_phases(
-        count, [&](std::size_t item, int worker) { added.run(item, worker); },
-        [&] { return added.next(); });
-  };
   RowsByIsland initially_active;
   for (std::size_t i = 0; i < chunk_count_; ++i) {
     for (const std::int32_t row : chunks_[i].active) initially_active.add(chunks_[i].island, row);
   }
-  add(std::move(initially_active));
+  add_blocks(std::move(initially_active));
+  start_from_impulses();
+}
+
+bool ContactSolver::can_go_on() const {
+  for (std::size_t island = 0; island < problems_.size(); ++island)
+    if (islands_->is_selected(island) && !problems_[island].is_set_up) return false;
+  return !displacement_.empty();
+}
+
+void ContactSolver::go_on(Manner manner) {
+  LAZYCCD_ASSERT(!for_split_impulse_ && can_go_on(), "a problem that goes on was set up");
+  manner_ = manner;
+  restart_displacements();
+  for_each(block_count_, [this](std::size_t i, int) { restart(blocks_[i]); });
+  start_from_impulses();
+}
+
+void ContactSolver::restart_displacements() {
+  std::fill(displacement_.begin(),
+            displacement_.begin() + static_cast<std::ptrdiff_t>(1 + 2 * motion_->rigid.size()),
+            Float4{});
+  set_motor_displacements();
+  for_each(block_count_, [this](std::size_t i, int) {
+    const RowBlock& block = blocks_[i];
+    std::int32_t slot = block.first_new_slot;
+    for (const std::int32_t v : block.new_vertices)
+      displacement_[slot++] = link_displacement(v, problems_[block.island]);
+  });
+  if (for_split_impulse_ || !motion_->links_moved) return;
+  for (std::size_t body = 0; body < motion_->rigid_of_body.size(); ++body)
+    if (motion_->rigid_of_body[body] < 0) give_slots_to_moved(static_cast<std::int32_t>(body));
+}
+
+// Rows that have no impulse find there how far such nodes have moved.
+void ContactSolver::give_slots_to_moved(std::int32_t body) {
+  const std::int32_t island = islands_->of_body(body);
+  if (island < 0 || !islands_->is_selected(static_cast<std::size_t>(island))) return;
+  for (std::int32_t v = motion_->first_vertex[body]; v < motion_->first_vertex[body + 1]; ++v) {
+    std::int32_t& slot = node_of_[v];
+    if (motion_->link_displacement[v].isZero() || (slot > 0 && !is_unclaimed(slot))) continue;
+    if (slot == 0) {
+      slot = displacement_count();
+      displacement_.emplace_back();
+      vertex_of_.push_back(-1);
+    }
+    displacement_[slot] = link_displacement(v, problems_[island]);
+  }
+}
+
+Float4 ContactSolver::link_displacement(std::int32_t vertex, const Problem& problem) const {
+  Float4 displacement = {};
+  if (!for_split_impulse_ && motion_->links_moved)
+    set(displacement.x, motion_->link_displacement[vertex] / problem.length_unit);
+  return displacement;
+}
+
+void ContactSolver::restart(RowBlock& block) const {
+  if (!is_selected(block)) return;
+  block.active.resize(block.batches.size());
+  std::iota(block.active.begin(), block.active.end(), 0);
+  for (RowBatch& batch : block.batches) {
+    std::copy(std::begin(batch.impulse), std::end(batch.impulse), batch.last_impulse);
+    if (batch.slides) bound_sliding(batch);
+  }
+}
+
+void ContactSolver::add_blocks(RowsByIsland rows) {
+  NewBlocks added(*this);
+  const std::size_t count = added.start(std::move(rows));
+  threads_for(count).run_phases(
+      count, [&](std::size_t item, int worker) { added.run(item, worker); },
+      [&] { return added.next(); });
+}
+
+void ContactSolver::start_from_impulses() {
   for_each_block_by_stage(
       [this](RowBlock& block, int) {
+        if (!is_selected(block)) return;
         read_shared(block);
         for (std::size_t i = 0; i < block.batches.size(); ++i)
           kernels_->apply_impulses(problem_of(block), static_cast<int>(i));
       },
-      [this](const SharedSlots& shared, const SharedSlots::Grain& grain) { join(shared, grain); });
-  for_each(chunk_count_, [this](std::size_t i, int) { find_violated(chunks_[i]); });
-  add(take_violated());
-
+      [this](const SharedSlots& shared, const SharedSlots::Grain& grain) {
+        if (islands_->is_selected(grain.island)) join(shared, grain);
+      });
+  for_each(chunk_count_, [this](std::size_t i, int) {
+    RowChunk& chunk = chunks_[i];
+    chunk.violated.clear();
+    if (islands_->is_selected(chunk.island)) find_violated(chunk);
+  });
+  add_blocks(take_violated());
   for_each(block_count_, [this](std::size_t i, int) {
     RowBlock& block = blocks_[i];
+    if (!is_selected(block)) return;
     read_shared(block);
     block.violation =
         kernels_->max_violation(problem_of(block), static_cast<int>(block.batches.size()));
   });
+  for (Problem& problem : problems_) problem.max_violation = 0;
   for (std::size_t i = 0; i < block_count_; ++i) {
+    if (!is_selected(blocks_[i])) continue;
     Problem& problem = problems_[blocks_[i].island];
     problem.max_violation = std::max(
         problem.max_violation, static_cast<double>(blocks_[i].violation) * problem.length_unit);
@@ -206,7 +289,7 @@ void ContactSolver::make_chunks() {
   chunk_count_ = 0;
   for (std::size_t island = 0; island < problems_.size(); ++island) {
     if (!islands_->is_selected(island)) continue;
-    problems_[island].is_open = true;
+    problems_[island].is_set_up = problems_[island].is_open = true;
     const Span<const std::int32_t> rows = islands_->rows_of(island);
     for (std::size_t first = 0; first < rows.size(); first += RowChunk::max_rows) {
       if (chunks_.size() == chunk_count_) chunks_.emplace_back();
@@ -250,23 +333,26 @@ void ContactSolver::classify(RowChunk& chunk, bool only_may_need_split) {
   chunk.largest = {};
   chunk.active.clear();
   chunk.inactive.clear();
-  const auto add = [&](std::size_t i, const RowEstimate& estimate, bool is_active) {
-    needs_[i].displacement = estimate.need;
+  // by_links: what links add along the normal.
+  const auto add = [&](std::size_t i, const RowEstimate& estimate, double by_links,
+                       bool is_active) {
+    needs_[i] = estimate.need + by_links;
     chunk.largest.include({estimate.need, estimate.move_squared, estimate.normal_mass});
     (is_active ? chunk.active : chunk.inactive).push_back(static_cast<std::int32_t>(i));
   };
   for (const std::int32_t row_index : chunk.rows) {
     const auto i = static_cast<std::size_t>(row_index);
-    bool& may_need_split = needs_[i].may_need_split;
     if (!for_split_impulse_ && !rows_->is_made(i)) {
-      may_need_split = rows_->estimate(i).may_need_split;
-      add(i, rows_->estimate(i), false);
-    } else if (may_need_split || !only_may_need_split) {
+      rows_->set_may_need_split(i, rows_->estimate(i).may_need_split);
+      add(i, rows_->estimate(i), 0, false);
+    } else if (rows_->may_need_split(i) || !only_may_need_split) {
       ContactRow scratch;
       const ContactRow& row = rows_->get(i, scratch);
       if (!for_split_impulse_)
-        may_need_split = row.corrected_gap > row.target_gap || row.split_impulse != 0;
-      add(i, this->estimate(row), has_impulse(row));
+        rows_->set_may_need_split(i, row.corrected_gap > row.target_gap || row.split_impulse != 0);
+      const Vector3d by_links = move_by_links(row);
+      add(i, estimate(row, move_without_impulses(row, for_split_impulse_, *motion_) + by_links),
+          row.normal.dot(by_links), has_impulse(row));
     }
   }
 }
@@ -284,8 +370,7 @@ void ContactSolver::set_up_inactive(RowChunk& chunk) {
     const Contact& contact = rows_->contact(i);
     const std::array<double, 4> weights = contact.weights();
     std::copy(contact.normal.begin(), contact.normal.end(), batch.normal + at);
-    batch.normal[at + 3] =
-        static_cast<float>(needs_[i].displacement / problems_[chunk.island].length_unit);
+    batch.normal[at + 3] = static_cast<float>(needs_[i] / problems_[chunk.island].length_unit);
     for (int k = 0; k < 4; ++k) {
       batch.weight[at + k] = static_cast<float>(weights[k]);
       batch.vertex[at + k] = std::min(contact.vertices[k], motion_->soft_count());

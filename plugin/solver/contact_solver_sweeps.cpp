@@ -41,7 +41,8 @@ class ContactSolver::Sweeps {
  public:
   Sweeps(ContactSolver& solver, int sweeps)
       : s_(solver), islands_(solver.problems_.size()), added_(solver) {
-    for (std::size_t b = 0; b < s_.block_count_; ++b) islands_[s_.blocks_[b].island].goes_on = true;
+    for (std::size_t b = 0; b < s_.block_count_; ++b)
+      if (s_.is_selected(s_.blocks_[b])) islands_[s_.blocks_[b].island].goes_on = true;
     for (std::size_t i = 0; i < islands_.size(); ++i) {
       if (islands_[i].goes_on) set_limits(islands_[i], s_.problems_[i], sweeps);
     }
@@ -82,7 +83,10 @@ class ContactSolver::Sweeps {
       case Phase::add: {
         const std::size_t count = added_.next();
         if (count > 0) return count;
-        s_.last_displacement_.resize(s_.displacement_.size());
+        s_.last_displacement_.insert(
+            s_.last_displacement_.end(),
+            s_.displacement_.begin() + static_cast<std::ptrdiff_t>(s_.last_displacement_.size()),
+            s_.displacement_.end());
         return begin_stages();
       }
       case Phase::sweep:
@@ -319,8 +323,10 @@ int ContactSolver::solve(int sweeps) {
       [&] { return iteration.next(); });
   for_each(chunk_count_, [this](std::size_t i, int) {
     RowChunk& chunk = chunks_[i];
+    if (!islands_->is_selected(chunk.island)) return;
     find_violated(chunk);
-    for (const std::int32_t row : chunk.violated) needs_[chunk.inactive[row]].may_need_split = true;
+    for (const std::int32_t row : chunk.violated)
+      rows_->set_may_need_split(static_cast<std::size_t>(chunk.inactive[row]), true);
   });
   return iteration.count();
 }

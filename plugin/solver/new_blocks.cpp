@@ -206,7 +206,7 @@ void ContactSolver::NewBlocks::claim(std::size_t item) {
   block.bodies.clear();
   block.vertices.clear();
   for (const std::int32_t i : block.rows) {
-    s_.needs_[i].may_need_split = true;
+    s_.rows_->set_may_need_split(static_cast<std::size_t>(i), true);
     if (!s_.rows_->is_made(i)) block.new_rows.push_back(i);
     const Contact& contact = s_.rows_->contact(i);
     const std::array<double, 4> weights = contact.weights();
@@ -222,7 +222,7 @@ void ContactSolver::NewBlocks::claim(std::size_t item) {
     // Relaxed: the end of the phase orders the claims. The smallest one wins.
     std::int32_t now = __atomic_load_n(&node, __ATOMIC_RELAXED);
     while (
-        (now == 0 || (now < 0 && now > mark)) &&
+        (now == 0 || s_.is_unclaimed(now) || (now < 0 && now > mark)) &&
         !__atomic_compare_exchange_n(&node, &now, mark, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
     }
   }
@@ -264,6 +264,7 @@ void ContactSolver::NewBlocks::number(const RowBlock& block) {
   std::int32_t slot = block.first_new_slot;
   for (const std::int32_t v : block.new_vertices) {
     s_.vertex_of_[slot] = v;
+    s_.displacement_[slot] = s_.link_displacement(v, s_.problems_[block.island]);
     s_.node_of_[v] = slot++;
   }
 }

@@ -255,6 +255,7 @@ double btLazySoftBodySolver::solve_links(const std::vector<std::int32_t>& bodies
       const Vector3d x = to_double(body.m_nodes[scene.node_index(v)].m_x);
       largest = std::max(largest, (x - motion.solved[v]).squaredNorm());
       motion.link_displacement[v] += x - motion.solved[v];
+      motion.links_moved = true;
       motion.solved[v] = x;
       motion.round_end(v);
     }

@@ -290,15 +290,17 @@ TEST_CASE("assertions of the contact solver fail where they must") {
   RowList rows({scene.row(VerticesAboveFace::contact())}), none;
   RowIslands islands;
   islands.find(rows, scene.motion, Threads(1));
-  ContactSolver solver{Threads(1)};
-  CHECK(failed_belief([&] {
-          solver.set_up(ContactSolver::Target::motion, none, islands, scene.motion);
-        }) == "islands are of the rows to solve");
+  ContactSolver solver(ContactSolver::Target::motion, Threads(1));
+  CHECK(failed_belief([&] { solver.set_up(none, islands, scene.motion); }) ==
+        "islands are of the rows to solve");
   Motion before = scene.motion;
   before.solved.clear();
-  CHECK(failed_belief([&] {
-          solver.set_up(ContactSolver::Target::motion, rows, islands, before);
-        }) == "the response to the motion has begun");
+  CHECK(failed_belief([&] { solver.set_up(rows, islands, before); }) ==
+        "the response to the motion has begun");
+  CHECK(
+      failed_belief([] {
+        ContactSolver(ContactSolver::Target::motion, Threads(1)).go_on(ContactSolver::Manner::full);
+      }) == "a problem that goes on was set up");
   RowBatches batches;
   batches.begin(16);
   const std::vector<std::int32_t> slots = {0, 1, 2, 3, 4, 5, 6, 7, 8};
