@@ -52,7 +52,7 @@ void ContactConstraints::clear_rows() {
   rows_.clear();
   has_links_ = false;
   active_rows_.reset();
-  islands_are_current_ = solver_is_current_ = false;
+  islands_are_current_ = false;
   sweep_count_ = 0;
   approach_.clear();
 }
@@ -126,7 +126,7 @@ void ContactConstraints::forget() {
 
 void ContactConstraints::take_near_contacts(const NearContacts& near, const Motion& motion) {
   active_rows_.reset();
-  islands_are_current_ = solver_is_current_ = false;
+  islands_are_current_ = false;
   rows_.take(near, RowFactory(surfaces_, position_correction_, motion));
 }
 
@@ -174,7 +174,6 @@ void ContactConstraints::warm_start() {
 
 void ContactConstraints::cold_start(Motion& motion) {
   active_rows_.reset();
-  solver_is_current_ = false;
   const RowIslands& all = islands(motion);
   for (std::size_t island = 0; island < all.count(); ++island) {
     if (!all.is_selected(island)) continue;
@@ -196,7 +195,7 @@ void ContactConstraints::merge(const std::vector<Contact>& contacts, const Motio
   LAZYCCD_ASSERT(std::is_sorted(contacts.begin(), contacts.end()),
                  "contacts that become rows are in order");
   active_rows_.reset();
-  islands_are_current_ = solver_is_current_ = false;
+  islands_are_current_ = false;
   merged_.clear();
   merged_.reserve(rows_.size() + contacts.size());
   std::size_t old = 0;
@@ -339,13 +338,11 @@ void ContactConstraints::solve(Motion& motion, int sweeps) {
 void ContactConstraints::solve_impulses(Motion& motion, int sweeps, ContactSolver::Manner manner) {
   LAZYCCD_BT_PROFILE("solve");
   solver_.set_up(rows_, islands(motion), motion, manner);
-  solver_is_current_ = true;
   solve_set_up(motion, sweeps);
 }
 
 void ContactConstraints::solve_impulses_again(Motion& motion, int sweeps,
                                               ContactSolver::Manner manner) {
-  if (!solver_is_current_ || !solver_.can_go_on()) return solve_impulses(motion, sweeps, manner);
   LAZYCCD_BT_PROFILE("solve again");
   solver_.go_on(manner);
   solve_set_up(motion, sweeps);

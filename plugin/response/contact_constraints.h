@@ -96,8 +96,8 @@ class ContactConstraints {
   void solve(Motion& motion, int sweeps);
   /// The two halves of solve(). The second one follows the first one, or several of them.
   void solve_impulses(Motion& motion, int sweeps, ContactSolver::Manner manner);
-  /// The first half again, where since then links have moved nodes and nothing else has changed but
-  /// which islands are selected.
+  /// The first half again, in islands that it solved last. Since then nothing may have changed but
+  /// nodes that links have moved.
   void solve_impulses_again(Motion& motion, int sweeps, ContactSolver::Manner manner);
   void solve_split_impulses(Motion& motion, int sweeps);
 
@@ -164,7 +164,6 @@ class ContactConstraints {
   std::vector<double> approach_;      // by body, metres
   int sweep_count_ = 0;               // in this step
   ContactSolver solver_, split_solver_;
-  bool solver_is_current_ = false;  // false: rows changed since solver_ was set up
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

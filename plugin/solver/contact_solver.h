@@ -81,10 +81,8 @@ class ContactSolver {
   /// impulses, the pairs of bodies that press on each other, as find_pressed_pairs().
   void set_up(RowList& rows, const RowIslands& islands, const Motion& motion,
               Manner manner = Manner::full, Span<const BodyPair> pressed = {});
-  /// Whether all selected islands have a problem, so that go_on() may follow.
-  bool can_go_on() const;
-  /// Goes on from the impulses of the last write(), in the selected islands. Since then, of all
-  /// that set_up() took, only Motion::link_displacement and the selection may have changed.
+  /// Goes on from the impulses of the last write(). The selected islands must be among those of
+  /// set_up(). Of all else that it took, only Motion::link_displacement may have changed.
   void go_on(Manner manner);
 
   /// By island: largest displacement along a normal that impulses must add to those that the rows
@@ -155,10 +153,8 @@ class ContactSolver {
     Indices copy_of;  // by slot: the copy that the present block has, or 0
   };
 
-  /// `move`: displacement of one side relative to the other, without impulses, metres.
-  RowEstimate estimate(const ContactRow& row, const Vector3d& move) const;
-  /// The part of such a displacement that links make which were solved again, metres.
-  Vector3d move_by_links(const ContactRow& row) const;
+  /// Without links that were solved again, as the estimates of rows that are not made.
+  RowEstimate estimate(const ContactRow& row) const;
   bool has_impulse(const ContactRow& row) const {
     return for_split_impulse_ ? row.split_impulse != 0 : row.has_impulse();
   }
@@ -184,6 +180,8 @@ class ContactSolver {
   /// Displacements of all that has a slot begin anew, from what links and motors have moved. Nodes
   /// that links have moved get slots.
   void restart_displacements();
+  /// Whether all selected islands have a problem.
+  bool are_set_up() const;
   /// Displacement of a soft vertex by links that were solved again.
   Float4 link_displacement(std::int32_t vertex, const Problem& problem) const;
   /// Whether no block has claimed this slot of a node.

@@ -45,17 +45,8 @@ Vector3d move_without_impulses(const ContactRow& row, bool for_split_impulse,
   return sum;
 }
 
-Vector3d ContactSolver::move_by_links(const ContactRow& row) const {
-  Vector3d sum = Vector3d::Zero();
-  if (for_split_impulse_ || !motion_->links_moved) return sum;
-  for (int k = 0; k < 4; ++k) {
-    const std::int32_t v = row.contact.vertices[k];
-    if (motion_->is_free(v)) sum += row.weights[k] * motion_->link_displacement[v];
-  }
-  return sum;
-}
-
-RowEstimate ContactSolver::estimate(const ContactRow& row, const Vector3d& move) const {
+RowEstimate ContactSolver::estimate(const ContactRow& row) const {
+  const Vector3d move = move_without_impulses(row, for_split_impulse_, *motion_);
   RowEstimate estimate = estimate_row(row, move);
   if (!for_split_impulse_) return estimate;
   const bool is_pressed =
@@ -122,15 +113,16 @@ void ContactSolver::set_up(RowList& rows, const RowIslands& islands, const Motio
   start_from_impulses();
 }
 
-bool ContactSolver::can_go_on() const {
+bool ContactSolver::are_set_up() const {
   for (std::size_t island = 0; island < problems_.size(); ++island)
     if (islands_->is_selected(island) && !problems_[island].is_set_up) return false;
-  return !displacement_.empty();
+  return islands_ != nullptr;
 }
 
 void ContactSolver::go_on(Manner manner) {
-  LAZYCCD_ASSERT(!for_split_impulse_ && can_go_on(), "a problem that goes on was set up");
+  LAZYCCD_ASSERT(are_set_up(), "a problem that goes on was set up");
   manner_ = manner;
+  if (displacement_.empty()) return;  // nothing was open
   restart_displacements();
   for_each(block_count_, [this](std::size_t i, int) { restart(blocks_[i]); });
   start_from_impulses();
@@ -315,9 +307,11 @@ bool ContactSolver::classify_rows(bool only_may_need_split) {
     problem.any_active = problem.any_active || !chunks_[i].active.empty();
   }
   bool any_open = false;
+  // The needs do not have what links have moved.
+  const bool links_moved = !for_split_impulse_ && motion_->links_moved;
   for (Problem& problem : problems_) {
     problem.is_open =
-        problem.is_open && (problem.any_active || problem.is_pushed ||
+        problem.is_open && (links_moved || problem.any_active || problem.is_pushed ||
                             problem.largest.need >= settings::solver::min_speed * motion_->dt);
     any_open = any_open || problem.is_open;
   }
@@ -333,10 +327,8 @@ void ContactSolver::classify(RowChunk& chunk, bool only_may_need_split) {
   chunk.largest = {};
   chunk.active.clear();
   chunk.inactive.clear();
-  // by_links: what links add along the normal.
-  const auto add = [&](std::size_t i, const RowEstimate& estimate, double by_links,
-                       bool is_active) {
-    needs_[i] = estimate.need + by_links;
+  const auto add = [&](std::size_t i, const RowEstimate& estimate, bool is_active) {
+    needs_[i] = estimate.need;
     chunk.largest.include({estimate.need, estimate.move_squared, estimate.normal_mass});
     (is_active ? chunk.active : chunk.inactive).push_back(static_cast<std::int32_t>(i));
   };
@@ -344,15 +336,13 @@ void ContactSolver::classify(RowChunk& chunk, bool only_may_need_split) {
     const auto i = static_cast<std::size_t>(row_index);
     if (!for_split_impulse_ && !rows_->is_made(i)) {
       rows_->set_may_need_split(i, rows_->estimate(i).may_need_split);
-      add(i, rows_->estimate(i), 0, false);
+      add(i, rows_->estimate(i), false);
     } else if (rows_->may_need_split(i) || !only_may_need_split) {
       ContactRow scratch;
       const ContactRow& row = rows_->get(i, scratch);
       if (!for_split_impulse_)
         rows_->set_may_need_split(i, row.corrected_gap > row.target_gap || row.split_impulse != 0);
-      const Vector3d by_links = move_by_links(row);
-      add(i, estimate(row, move_without_impulses(row, for_split_impulse_, *motion_) + by_links),
-          row.normal.dot(by_links), has_impulse(row));
+      add(i, estimate(row), has_impulse(row));
     }
   }
 }

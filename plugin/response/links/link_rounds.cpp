@@ -132,7 +132,11 @@ void LinkRounds::solve_in_turn(const Turns& turns, Manner manner, const LinkSolv
       rest.erase(std::remove_if(rest.begin(), rest.end(), is_last), rest.end());
       if (rest.empty() || moved < turns.min_link_speed * motion.dt) bodies_of.erase(island);
     }
-    constraints.solve_impulses_again(motion, sweeps, manner);
+    if (i == 1) {
+      constraints.solve_impulses(motion, sweeps, manner);
+    } else {
+      constraints.solve_impulses_again(motion, sweeps, manner);
+    }
   }
   islands.select_none();
   for (const BodyRounds& rounds : turns.bodies) islands.select_body(rounds.body);
