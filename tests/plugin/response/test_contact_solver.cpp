@@ -128,3 +128,46 @@ TEST_CASE("a resting load is solved to rest at any force") {
     fastest = std::max(fastest, (motion.solved[3 * i] - motion.start_of(3 * i)).norm() / 0.01);
   CHECK(fastest < 1e-3);
 }
+
+TEST_CASE("contacts go on after links have moved nodes as if they were set up anew") {
+  constexpr int points = 30;
+  const bullet::PairSurfaces surfaces = lazyccd::test::uniform_surfaces(0.1, 0);
+  const auto solve_in_turns = [&](bool anew, std::vector<double>& violations) {
+    Column column(std::vector<double>(points - 1, 1));
+    bullet::Motion& motion = column.motion;
+    bullet::ContactConstraints rows(surfaces, 0.05);
+    const auto move_by_links = [&](int i, double height) {
+      motion.link_displacement[3 * i].y() += height;
+      motion.solved[3 * i].y() += height;
+      motion.links_moved = true;
+    };
+    for (std::size_t i = 1; i < points / 2; ++i) motion.end[9 * i + 1] -= btScalar(0.01);
+    motion.begin_response();
+    rows.begin_step();
+    rows.add(column.contacts, motion);
+    const auto manner = bullet::ContactSolver::Manner::full;
+    rows.solve_impulses(motion, 10000, manner);
+    for (int turn = 0; turn < 4; ++turn) {
+      for (int i = 1; i < points; ++i) move_by_links(i, i % 3 == turn % 3 ? -0.004 : 0.001);
+      if (anew) {
+        rows.solve_impulses(motion, 10000, manner);
+      } else {
+        rows.solve_impulses_again(motion, 10000, manner);
+      }
+      violations.push_back(rows.approach_of(0));
+    }
+    return motion.solved;
+  };
+  std::vector<double> violations, violations_anew;
+  const auto solved = solve_in_turns(false, violations),
+             anew = solve_in_turns(true, violations_anew);
+  for (std::size_t turn = 0; turn < violations.size(); ++turn) {
+    CAPTURE(turn);
+    CHECK(violations[turn] > 1e-3);
+    CHECK_THAT(violations[turn], Matchers::WithinAbs(violations_anew[turn], 3e-5));
+  }
+  double largest = 0;
+  for (std::size_t v = 0; v < solved.size(); ++v)
+    largest = std::max(largest, (solved[v] - anew[v]).norm());
+  CHECK(largest < 3e-5);
+}
