@@ -73,6 +73,11 @@ class StepDetector {
   /// Returns the pairs that touch in the motion from `start` to `end` and on which the response
   /// acts.
   std::vector<Contact> touching(const Positions& start, const Positions& end);
+  /// Returns all pairs that touch in any motion of the step's vertices, also those on which the
+  /// response does not act. Valid until the next detection.
+  Span<const Contact> touching_in(const Positions& start, const Positions& end) {
+    return touching_detector().detect(start, end);
+  }
   /// Finds the contacts that report_only_contacts() returns. Call when the motion is final.
   void find_report_only_contacts();
   /// Pairs that touch in the motion and on which the response does not act.

@@ -358,6 +358,9 @@ void Pipeline::part_touching(const std::vector<std::int32_t>& of_bodies) {
   query.responds = [this](const Contact& contact) {
     return filter_.decide(contact) == ContactFilter::Decision::respond;
   };
+  query.touching = [this](const Positions& start, const Positions& end) {
+    return detector_.touching_in(start, end);
+  };
   query.of_bodies = &of_bodies;
   touching_.part(topology(), detector_.edges(), query, reader_.motion());
 }

@@ -28,6 +28,9 @@ struct TouchingQuery {
   std::function<bool(std::int32_t a, std::int32_t b)> collide;
   /// Whether the response acts on a pair.
   std::function<bool(const Contact&)> responds;
+  /// Pairs that touch in the motion of all vertices from `start` to `end`. Valid until the next
+  /// call.
+  std::function<Span<const Contact>(const Positions& start, const Positions& end)> touching;
   /// Only pairs with one of these bodies. Must be set, and outlive the query.
   const std::vector<std::int32_t>* of_bodies = nullptr;
 };

@@ -61,6 +61,36 @@ void move_vertex(std::int32_t v, const Vector3d& x, Motion& motion) {
   }
 }
 
+void sort_once(std::vector<std::int32_t>& vertices) {
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+}
+
+// Puts back those of the `moved` vertices that pass on the way from `start` through something that
+// did not touch there, and their ends to `end`. The others stay in `moved`. `touched`: the pairs
+// that touched; sorted.
+void put_back_crossing(const std::vector<btScalar>& start, const std::vector<btScalar>& end,
+                       const std::vector<Contact>& touched, const TouchingQuery& query,
+                       std::vector<std::int32_t>& moved, Motion& motion) {
+  for (bool any = !moved.empty(); any;) {
+    std::vector<char> crosses(motion.size(), 0);
+    for (const Contact& contact : query.touching({start.data(), motion.size()}, motion.starts())) {
+      if (std::binary_search(touched.begin(), touched.end(), contact) || !query.responds(contact))
+        continue;
+      for (const std::int32_t v : contact.vertices) crosses[v] = 1;
+    }
+    const auto stays =
+        std::partition(moved.begin(), moved.end(), [&](std::int32_t v) { return !crosses[v]; });
+    any = stays != moved.end();
+    for (auto v = stays; v != moved.end(); ++v) {
+      const std::size_t at = 3 * static_cast<std::size_t>(*v);
+      std::copy_n(&start[at], 3, &motion.start[at]);
+      std::copy_n(&end[at], 3, &motion.end[at]);
+    }
+    moved.erase(stays, moved.end());
+  }
+}
+
 }  // namespace
 
 bool TouchingStarts::has_moved(std::int32_t vertex) const {
@@ -70,6 +100,9 @@ bool TouchingStarts::has_moved(std::int32_t vertex) const {
 void TouchingStarts::part(const StepTopology& topology, Span<const Edge> edges,
                           const TouchingQuery& query, Motion& motion) {
   const std::vector<Vector3d> extents = find_extents(topology, motion);
+  const std::vector<btScalar> start = motion.start, end = motion.end;
+  std::vector<Contact> touched;
+  std::vector<std::int32_t> moved;
   std::vector<double> rounding(motion.size());
   std::vector<Vector3d> x(motion.size());
   for (std::size_t v = 0; v < x.size(); ++v) {
@@ -79,7 +112,8 @@ void TouchingStarts::part(const StepTopology& topology, Span<const Edge> edges,
   for (int pass = 0; pass < settings::touching::max_passes; ++pass) {
     const std::vector<TouchingPair> pairs =
         find_touching_pairs(topology.topology(), edges, x, rounding, motion.soft_count(), query);
-    if (pairs.empty()) return;
+    if (pairs.empty()) break;
+    for (std::size_t i = 0; pass == 0 && i < pairs.size(); ++i) touched.push_back(pairs[i].contact);
     const auto bound = [&](const TouchingPair& pair, const Vector3d& normal) {
       return bound_of(pair, normal, extents, motion);
     };
@@ -96,12 +130,15 @@ void TouchingStarts::part(const StepTopology& topology, Span<const Edge> edges,
       any_moved = true;
       move_vertex(v, x[v], motion);
       x[v] = motion.start_of(v);
-      moved_.push_back(v);
+      moved.push_back(v);
     }
-    std::sort(moved_.begin(), moved_.end());
-    moved_.erase(std::unique(moved_.begin(), moved_.end()), moved_.end());
-    if (!any_moved) return;
+    if (!any_moved) break;
   }
+  sort_once(moved);
+  std::sort(touched.begin(), touched.end());
+  put_back_crossing(start, end, touched, query, moved, motion);
+  moved_.insert(moved_.end(), moved.begin(), moved.end());
+  sort_once(moved_);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -4,6 +4,7 @@
 // decided here, once, when a body was placed, and before anything else looks at the step. The soft
 // vertices then move to the distance of rounding on that side, start and end alike. From then on
 // positions tell the side by themselves, to the detector, to simple shapes and to the response.
+// On the way it must not pass through anything: a vertex that would keeps its place.
 //
 // The side of a solid is its outside. For two sheets there is one decision for each patch of pairs
 // that share vertices, by the first of these that tells: the gaps; where the neighbours are; the
