@@ -371,9 +371,6 @@ inline constexpr int last_limit_rounds = 1, last_motor_rounds = 2;
 /// solves links after contacts; without rounds, bodies bounce off, or weights sink in.
 namespace links {
 
-/// Position iterations. With no more, a body bounces off if its links are not solved again after
-/// the contacts. With more, the links hold it together.
-inline constexpr int few_iterations = 2;
 /// m/s. An impact is what the impulses of the last step do not stop: contacts that still meet
 /// faster.
 inline constexpr double min_impact_speed = 0.15;

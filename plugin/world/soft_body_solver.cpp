@@ -36,19 +36,15 @@ void start_where_it_slept(btSoftBody& body) {
   for (int i = 0; i < body.m_nodes.size(); ++i) body.m_nodes[i].m_q = body.m_nodes[i].m_x;
 }
 
-// Bullet solves contacts and links in turn. A body with few position iterations bounces off if its
-// links are not solved again after the contacts. With more iterations the links hold it together,
-// and are solved again only where cloth carries a weight, which makes it stiffer, or where contacts
-// push it far. Under weights ropes are not: hundreds that a body rolls over would cost much.
-// Tetrahedra turn inside out in an impact, which no link undoes, unless links carry it upwards.
+// Bullet solves contacts and links in turn. Bodies bounce off if their links are not solved again
+// after the contacts. A body with pressure bounces by that, as with Bullet. Under weights ropes
+// stay as they are: hundreds that a body rolls over would cost much. Tetrahedra turn inside out in
+// an impact, which no link undoes, unless links carry it upwards.
 LinkSolver::Again links_again(const btSoftBody& body) {
   if (body.m_tetras.size() > 0) return LinkSolver::Again::in_contact;
   if (body.m_cfg.kPR != 0 || body.m_cfg.kVC > 0) return LinkSolver::Again::where_pushed;
-  const bool bounces = body.m_cfg.piterations <= settings::links::few_iterations;
-  if (body.m_faces.size() == 0)
-    return bounces ? LinkSolver::Again::after_impact : LinkSolver::Again::where_pushed;
-  return bounces ? LinkSolver::Again::under_weight_and_after_impact
-                 : LinkSolver::Again::under_weight;
+  return body.m_faces.size() == 0 ? LinkSolver::Again::after_impact
+                                  : LinkSolver::Again::under_weight;
 }
 
 std::vector<LinkSolver::Link> read_links(const SoftScene& scene, std::int32_t index) {

@@ -79,8 +79,7 @@ void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& co
     const Again again = links.again(body);
     if (again == Again::never) load.apart_until = time_ + settings::links::apart_seconds;
     if (again == Again::never || load.force == 0) continue;
-    const bool after_impact =
-        again == Again::after_impact || again == Again::under_weight_and_after_impact;
+    const bool after_impact = again == Again::after_impact || again == Again::under_weight;
     const bool is_weighed =
         time_ >= load.apart_until && pushes.by_weights[body] > 0 && load.weighed_until > time_;
     if (again == Again::in_contact) {
@@ -94,7 +93,7 @@ void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& co
       }  // else jaws grip it: links that they leave no room would throw its nodes
     } else if (after_impact && is_hit(body, constraints.approach_of(body), motion)) {
       hit.bodies.push_back({body, settings::links::max_rounds_after_impact});
-    } else if (again != Again::after_impact && again != Again::where_pushed && is_weighed) {
+    } else if (again == Again::under_weight && is_weighed) {
       weighed.bodies.push_back({body, settings::links::max_rounds_under_weight});
     } else if (pushes.largest[body] > settings::links::min_pushed_fraction) {
       loaded.bodies.push_back({body, settings::links::max_rounds_under_load});

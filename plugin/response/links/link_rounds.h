@@ -27,16 +27,15 @@ struct LinkSolver {
   /// When the links of a body are solved again.
   enum class Again {
     never,
-    /// Where contacts move a node by much of its shortest edge. There links are stretched most. So
-    /// it is with all that follow, too, but for in_contact.
+    /// Where contacts move a node by much of its shortest edge. There links are stretched most.
     where_pushed,
-    /// Under a weight: a rigid body that is much heavier than the nodes that carry it. If links
-    /// are solved before the contacts alone, one solution of them must move these nodes by as much
-    /// as the step moves the weight. The links stretch until that is enough.
-    under_weight,
-    /// After an impact: the links that contacts leave too short would throw the body back.
+    /// That, and after an impact: the links that contacts leave too short would throw the body
+    /// back.
     after_impact,
-    under_weight_and_after_impact,
+    /// That, and under a weight: a rigid body that is much heavier than the nodes that carry it. If
+    /// links are solved before the contacts alone, one solution of them must move these nodes by as
+    /// much as the step moves the weight. The links stretch until that is enough.
+    under_weight,
     /// In each step with contacts, in rounds that follow the body's position iterations, nearly as
     /// Bullet solves them. Where links are solved before the contacts alone, the nodes that touch
     /// stop and the others go on, through the flat shape: tetrahedra turn inside out and stay so.
