@@ -372,12 +372,13 @@ inline constexpr int last_limit_rounds = 1, last_motor_rounds = 2;
 namespace links {
 
 /// m/s. An impact is what the impulses of the last step do not stop: contacts that still meet
-/// faster.
-inline constexpr double min_impact_speed = 0.15;
+/// faster. At 60 steps a second gravity alone gives half of this to a node that has left a contact.
+inline constexpr double min_impact_speed = 0.3;
 /// And the load of the body, the sum of its normal forces, must rise by this factor. Where a body
 /// rests or slides, single nodes meet that fast in each step, but the load stays as it is.
 inline constexpr double min_load_growth = 1.1;
-inline constexpr int max_rounds_after_impact = 2;
+/// Rounds after an impact, also of a body that has fewer position iterations.
+inline constexpr int min_rounds_after_impact = 2;
 /// Of bodies that have them in each contact: this many rounds by position iteration, and at least
 /// so many. With one by iteration, more tetrahedra turn inside out than with Bullet, whose contacts
 /// let nodes sink in.

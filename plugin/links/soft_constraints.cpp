@@ -259,8 +259,8 @@ bool SoftConstraints::solve_body(btSoftBody& body, BodyLinks& links) {
   return true;
 }
 
-void SoftConstraints::solve_links_again(btSoftBody& body, int index, int iterations) {
-  const int passes = static_cast<int>(passes_over_links(body.m_cfg.m_psequence)) * iterations;
+void SoftConstraints::solve_links_again(btSoftBody& body, int index) {
+  const int passes = static_cast<int>(passes_over_links(body.m_cfg.m_psequence));
   LinksState& state = states_[static_cast<std::size_t>(index)];
   BodyLinks& links = links_[static_cast<std::size_t>(index)];
   if (state == LinksState::unknown) {

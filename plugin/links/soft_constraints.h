@@ -25,9 +25,9 @@ class SoftConstraints {
   void solve(const btAlignedObjectArray<btSoftBody*>& bodies, const ParallelFor& parallel_for,
              int threads = 2);
 
-  /// Runs the passes over the links of body `index` of the last solve() that it has in some
-  /// position iterations.
-  void solve_links_again(btSoftBody& body, int index, int iterations);
+  /// Runs the passes over the links of body `index` of the last solve() that it has in a position
+  /// iteration.
+  void solve_links_again(btSoftBody& body, int index);
 
  private:
   using Bodies = btAlignedObjectArray<btSoftBody*>;

@@ -341,10 +341,9 @@ void ContactConstraints::solve_impulses(Motion& motion, int sweeps, ContactSolve
   solve_set_up(motion, sweeps);
 }
 
-void ContactConstraints::solve_impulses_again(Motion& motion, int sweeps,
-                                              ContactSolver::Manner manner) {
+void ContactConstraints::solve_impulses_again(Motion& motion, int sweeps) {
   LAZYCCD_BT_PROFILE("solve again");
-  solver_.go_on(manner);
+  solver_.go_on();
   solve_set_up(motion, sweeps);
 }
 

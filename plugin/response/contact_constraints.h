@@ -98,7 +98,7 @@ class ContactConstraints {
   void solve_impulses(Motion& motion, int sweeps, ContactSolver::Manner manner);
   /// The first half again, in islands that it solved last. Since then nothing may have changed but
   /// nodes that links have moved.
-  void solve_impulses_again(Motion& motion, int sweeps, ContactSolver::Manner manner);
+  void solve_impulses_again(Motion& motion, int sweeps);
   void solve_split_impulses(Motion& motion, int sweeps);
 
   /// Islands of the present rows. All are selected when rows have changed.

@@ -83,7 +83,7 @@ class ContactSolver {
               Manner manner = Manner::full, Span<const BodyPair> pressed = {});
   /// Goes on from the impulses of the last write(). The selected islands must be among those of
   /// set_up(). Of all else that it took, only Motion::link_displacement may have changed.
-  void go_on(Manner manner);
+  void go_on();
 
   /// By island: largest displacement along a normal that impulses must add to those that the rows
   /// have, metres; 0 for islands that are not selected.

@@ -119,9 +119,8 @@ bool ContactSolver::are_set_up() const {
   return islands_ != nullptr;
 }
 
-void ContactSolver::go_on(Manner manner) {
+void ContactSolver::go_on() {
   LAZYCCD_ASSERT(are_set_up(), "a problem that goes on was set up");
-  manner_ = manner;
   if (displacement_.empty()) return;  // nothing was open
   restart_displacements();
   for_each(block_count_, [this](std::size_t i, int) { restart(blocks_[i]); });

@@ -193,9 +193,8 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   links.iterations = [this](std::int32_t body) {
     return pipeline_->scene().bodies()[body].body->m_cfg.piterations;
   };
-  links.solve = [this](const std::vector<std::int32_t>& bodies, LinkSolver::Passes passes,
-                       Motion& motion) {
-    return solve_links(bodies, passes == LinkSolver::Passes::one_iteration, motion);
+  links.solve = [this](const std::vector<std::int32_t>& bodies, Motion& motion) {
+    return solve_links(bodies, motion);
   };
   const bool ran =
       pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill, links, [this, &links_of] {
@@ -228,8 +227,7 @@ void btLazySoftBodySolver::read_starts() {
   }
 }
 
-double btLazySoftBodySolver::solve_links(const std::vector<std::int32_t>& bodies,
-                                         bool one_iteration, Motion& motion) {
+double btLazySoftBodySolver::solve_links(const std::vector<std::int32_t>& bodies, Motion& motion) {
   LAZYCCD_BT_PROFILE("links");
   const SoftScene& scene = pipeline_->scene();
   double largest = 0;
@@ -244,8 +242,7 @@ double btLazySoftBodySolver::solve_links(const std::vector<std::int32_t>& bodies
     const std::int32_t last = record.first_vertex + record.vertex_count;
     for (std::int32_t v = record.first_vertex; v < last; ++v)
       body.m_nodes[scene.node_index(v)].m_x = to_bullet(motion.solved[v]);
-    constraints_->solve_links_again(body, record.world_index,
-                                    one_iteration ? 1 : body.m_cfg.piterations);
+    constraints_->solve_links_again(body, record.world_index);
     for (std::int32_t v = record.first_vertex; v < last; ++v) {
       if (!motion.is_free(v)) continue;
       const Vector3d x = to_double(body.m_nodes[scene.node_index(v)].m_x);

@@ -12,8 +12,6 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
 using Again = LinkSolver::Again;
-using Passes = LinkSolver::Passes;
-using Manner = ContactSolver::Manner;
 
 }  // namespace
 
@@ -68,9 +66,8 @@ void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& co
   const std::vector<const ContactRow*>& rows = constraints.active_rows();
   find_loads(rows, motion);
   const NodePushes pushes = find_node_pushes(rows, motion);
-  Turns hit{{}, Passes::all_iterations, settings::links::min_link_speed};
-  Turns loaded{{}, Passes::one_iteration, settings::links::min_link_speed};
-  Turns weighed{{}, Passes::one_iteration, settings::links::min_link_speed_under_weight};
+  Turns loaded{{}, settings::links::min_link_speed};
+  Turns weighed{{}, settings::links::min_link_speed_under_weight};
   for (std::int32_t body = 0; body < static_cast<std::int32_t>(loads_.size()); ++body) {
     if (motion.rigid_of_body[body] >= 0) continue;
     Load& load = loads_[body];
@@ -92,24 +89,24 @@ void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& co
         loaded.bodies.push_back({body, rounds});
       }  // else jaws grip it: links that they leave no room would throw its nodes
     } else if (after_impact && is_hit(body, constraints.approach_of(body), motion)) {
-      hit.bodies.push_back({body, settings::links::max_rounds_after_impact});
+      loaded.bodies.push_back(
+          {body, std::max(settings::links::min_rounds_after_impact, links.iterations(body))});
     } else if (again == Again::under_weight && is_weighed) {
       weighed.bodies.push_back({body, settings::links::max_rounds_under_weight});
     } else if (pushes.largest[body] > settings::links::min_pushed_fraction) {
       loaded.bodies.push_back({body, settings::links::max_rounds_under_load});
     }
   }
-  solve_in_turn(loaded, Manner::round, links, sweeps, constraints, motion);
-  solve_in_turn(weighed, Manner::round, links, sweeps, constraints, motion);
-  solve_in_turn(hit, Manner::full, links, sweeps, constraints, motion);
+  solve_in_turn(loaded, links, sweeps, constraints, motion);
+  solve_in_turn(weighed, links, sweeps, constraints, motion);
   const NodePushes after =
       weighed.bodies.empty() ? pushes : find_node_pushes(constraints.active_rows(), motion);
   for (std::size_t body = 0; body < loads_.size(); ++body)
     loads_[body].push = after.by_weights[body];
 }
 
-void LinkRounds::solve_in_turn(const Turns& turns, Manner manner, const LinkSolver& links,
-                               int sweeps, ContactConstraints& constraints, Motion& motion) {
+void LinkRounds::solve_in_turn(const Turns& turns, const LinkSolver& links, int sweeps,
+                               ContactConstraints& constraints, Motion& motion) {
   if (turns.bodies.empty()) return;
   RowIslands& islands = constraints.islands(motion);
   std::map<std::int32_t, std::vector<BodyRounds>> bodies_of;  // by island
@@ -125,16 +122,16 @@ void LinkRounds::solve_in_turn(const Turns& turns, Manner manner, const LinkSolv
       std::vector<BodyRounds>& rest = island->second;
       bodies.clear();
       for (const BodyRounds& rounds : rest) bodies.push_back(rounds.body);
-      const double moved = links.solve(bodies, turns.passes, motion);
+      const double moved = links.solve(bodies, motion);
       if (moved > 0) islands.select_body(bodies.front());
       const auto is_last = [i](const BodyRounds& rounds) { return rounds.rounds <= i; };
       rest.erase(std::remove_if(rest.begin(), rest.end(), is_last), rest.end());
       if (rest.empty() || moved < turns.min_link_speed * motion.dt) bodies_of.erase(island);
     }
     if (i == 1) {
-      constraints.solve_impulses(motion, sweeps, manner);
+      constraints.solve_impulses(motion, sweeps, ContactSolver::Manner::round);
     } else {
-      constraints.solve_impulses_again(motion, sweeps, manner);
+      constraints.solve_impulses_again(motion, sweeps);
     }
   }
   islands.select_none();

@@ -29,8 +29,8 @@ struct LinkSolver {
     never,
     /// Where contacts move a node by much of its shortest edge. There links are stretched most.
     where_pushed,
-    /// That, and after an impact: the links that contacts leave too short would throw the body
-    /// back.
+    /// That, and after an impact, in as many rounds as the body has position iterations: the links
+    /// that contacts leave too short would throw the body back.
     after_impact,
     /// That, and under a weight: a rigid body that is much heavier than the nodes that carry it. If
     /// links are solved before the contacts alone, one solution of them must move these nodes by as
@@ -42,8 +42,6 @@ struct LinkSolver {
     /// Not in the grip of dynamic bodies, which do not press by their weight.
     in_contact
   };
-  /// How often solve() passes over the links: as in one position iteration of the body, or in all.
-  enum class Passes { one_iteration, all_iterations };
 
   std::function<Again(std::int32_t body)> again;
   /// The links of a soft body but those that only resist bending. Valid until the response begins
@@ -51,10 +49,10 @@ struct LinkSolver {
   std::function<Span<const Link>(std::int32_t body)> links;
   /// Position iterations of a body.
   std::function<int(std::int32_t body)> iterations;
-  /// Moves Motion::solved of these soft bodies (indices of bodies) by more passes over their links,
-  /// and adds that to Motion::link_displacement. Returns the largest displacement, metres.
-  std::function<double(const std::vector<std::int32_t>& bodies, Passes passes, Motion& motion)>
-      solve;
+  /// Moves Motion::solved of these soft bodies (indices of bodies) by one more position iteration
+  /// of their links, and adds that to Motion::link_displacement. Returns the largest displacement,
+  /// metres.
+  std::function<double(const std::vector<std::int32_t>& bodies, Motion& motion)> solve;
 
   /// False: there are no such links.
   explicit operator bool() const { return static_cast<bool>(solve); }
@@ -97,7 +95,6 @@ class LinkRounds {
   // The bodies whose links are solved again for the same reason, and how.
   struct Turns {
     std::vector<BodyRounds> bodies;
-    LinkSolver::Passes passes;
     double min_link_speed;  // links that move nodes more slowly end the rounds, m/s
   };
 
@@ -108,8 +105,8 @@ class LinkRounds {
   /// Load::weighed_until of a body that contacts push that far.
   double weighed_until(std::int32_t body, const NodePushes& pushes) const;
   /// Solves the links of these bodies and the contacts of their islands in turn.
-  void solve_in_turn(const Turns& turns, ContactSolver::Manner manner, const LinkSolver& links,
-                     int sweeps, ContactConstraints& constraints, Motion& motion);
+  void solve_in_turn(const Turns& turns, const LinkSolver& links, int sweeps,
+                     ContactConstraints& constraints, Motion& motion);
   Load last_load(std::int32_t body) const {
     return static_cast<std::size_t>(body) < last_loads_.size() ? last_loads_[body] : Load();
   }

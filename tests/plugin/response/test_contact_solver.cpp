@@ -152,7 +152,7 @@ TEST_CASE("contacts go on after links have moved nodes as if they were set up an
       if (anew) {
         rows.solve_impulses(motion, 10000, manner);
       } else {
-        rows.solve_impulses_again(motion, 10000, manner);
+        rows.solve_impulses_again(motion, 10000);
       }
       violations.push_back(rows.approach_of(0));
     }
