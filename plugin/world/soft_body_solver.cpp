@@ -193,8 +193,8 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   links.iterations = [this](std::int32_t body) {
     return pipeline_->scene().bodies()[body].body->m_cfg.piterations;
   };
-  links.solve = [this](const std::vector<std::int32_t>& bodies, Motion& motion) {
-    return solve_links(bodies, motion);
+  links.solve = [this](const std::vector<std::int32_t>& bodies, double least, Motion& motion) {
+    return solve_links(bodies, least, motion);
   };
   const bool ran =
       pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill, links, [this, &links_of] {
@@ -227,9 +227,15 @@ void btLazySoftBodySolver::read_starts() {
   }
 }
 
-double btLazySoftBodySolver::solve_links(const std::vector<std::int32_t>& bodies, Motion& motion) {
+bool btLazySoftBodySolver::solve_links(const std::vector<std::int32_t>& bodies, double least,
+                                       Motion& motion) {
   LAZYCCD_BT_PROFILE("links");
   const SoftScene& scene = pipeline_->scene();
+  const auto for_each_vertex = [&](std::int32_t index, const auto& each) {
+    const SoftScene::BodyRecord& record = scene.bodies()[index];
+    for (std::int32_t v = record.first_vertex; v < record.first_vertex + record.vertex_count; ++v)
+      each(v, record.body->m_nodes[scene.node_index(v)]);
+  };
   double largest = 0;
   for (const std::int32_t index : bodies) {
     const SoftScene::BodyRecord& record = scene.bodies()[index];
@@ -239,21 +245,27 @@ double btLazySoftBodySolver::solve_links(const std::vector<std::int32_t>& bodies
       ends.resize(body.m_nodes.size());
       for (int k = 0; k < body.m_nodes.size(); ++k) ends[k] = body.m_nodes[k].m_x;
     }
-    const std::int32_t last = record.first_vertex + record.vertex_count;
-    for (std::int32_t v = record.first_vertex; v < last; ++v)
-      body.m_nodes[scene.node_index(v)].m_x = to_bullet(motion.solved[v]);
+    for_each_vertex(index, [&](std::int32_t v, btSoftBody::Node& node) {
+      node.m_x = to_bullet(motion.solved[v]);
+    });
     constraints_->solve_links_again(body, record.world_index);
-    for (std::int32_t v = record.first_vertex; v < last; ++v) {
-      if (!motion.is_free(v)) continue;
-      const Vector3d x = to_double(body.m_nodes[scene.node_index(v)].m_x);
-      largest = std::max(largest, (x - motion.solved[v]).squaredNorm());
+    for_each_vertex(index, [&](std::int32_t v, const btSoftBody::Node& node) {
+      if (motion.is_free(v))
+        largest = std::max(largest, (to_double(node.m_x) - motion.solved[v]).squaredNorm());
+    });
+  }
+  if (largest < least * least) return false;
+  motion.links_moved = true;
+  for (const std::int32_t index : bodies) {
+    for_each_vertex(index, [&](std::int32_t v, const btSoftBody::Node& node) {
+      if (!motion.is_free(v)) return;
+      const Vector3d x = to_double(node.m_x);
       motion.link_displacement[v] += x - motion.solved[v];
-      motion.links_moved = true;
       motion.solved[v] = x;
       motion.round_end(v);
-    }
+    });
   }
-  return std::sqrt(largest);
+  return true;
 }
 
 void btLazySoftBodySolver::undo_solve_links() {

@@ -114,28 +114,36 @@ void LinkRounds::solve_in_turn(const Turns& turns, const LinkSolver& links, int 
     bodies_.push_back(rounds.body);
     bodies_of[islands.of_body(rounds.body)].push_back(rounds);
   }
-  Bodies bodies;
+  Bodies bodies, moved;  // moved: a body of each island in which links move nodes
   for (int i = 1; !bodies_of.empty(); ++i) {
     islands.select_none();
+    bool any_moved = false;
     for (auto next = bodies_of.begin(); next != bodies_of.end();) {
       const auto island = next++;
       std::vector<BodyRounds>& rest = island->second;
       bodies.clear();
       for (const BodyRounds& rounds : rest) bodies.push_back(rounds.body);
-      const double moved = links.solve(bodies, motion);
-      if (moved > 0) islands.select_body(bodies.front());
+      if (!links.solve(bodies, turns.min_link_speed * motion.dt, motion)) {
+        bodies_of.erase(island);
+        continue;
+      }
+      any_moved = true;
+      islands.select_body(bodies.front());
+      if (i == 1) moved.push_back(bodies.front());
       const auto is_last = [i](const BodyRounds& rounds) { return rounds.rounds <= i; };
       rest.erase(std::remove_if(rest.begin(), rest.end(), is_last), rest.end());
-      if (rest.empty() || moved < turns.min_link_speed * motion.dt) bodies_of.erase(island);
+      if (rest.empty()) bodies_of.erase(island);
     }
+    if (!any_moved) break;
     if (i == 1) {
       constraints.solve_impulses(motion, sweeps, ContactSolver::Manner::round);
     } else {
       constraints.solve_impulses_again(motion, sweeps);
     }
   }
+  if (moved.empty()) return;
   islands.select_none();
-  for (const BodyRounds& rounds : turns.bodies) islands.select_body(rounds.body);
+  for (const std::int32_t body : moved) islands.select_body(body);
   constraints.solve_split_impulses(motion, sweeps);
 }
 

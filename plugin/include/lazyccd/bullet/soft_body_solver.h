@@ -84,7 +84,7 @@ class LAZYCCD_BULLET_API btLazySoftBodySolver : public btDefaultSoftBodySolver, 
  private:
   void predict(btScalar time_step);
   void read_starts();
-  double solve_links(const std::vector<std::int32_t>& bodies, Motion& motion);
+  bool solve_links(const std::vector<std::int32_t>& bodies, double least, Motion& motion);
   // Puts all nodes back to where they were before solve_links().
   void undo_solve_links();
   // Does this for the vertices, because the response moves them. Nodes that are no vertices stay,
