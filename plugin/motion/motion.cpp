@@ -61,7 +61,7 @@ void Motion::restart_response() {
   solved.assign(predicted.begin(), predicted.begin() + soft_count());
   split_displacement.assign(solved.size(), Vector3d::Zero());
   link_displacement.assign(solved.size(), Vector3d::Zero());
-  links_moved = false;
+  links_moved.clear();
   for (std::int32_t v = 0; v < soft_count(); ++v) round_end(v);
   for (RigidMotion& body : rigid) {
     body.translation = body.rotation = body.split_translation = body.split_rotation =

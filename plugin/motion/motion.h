@@ -125,7 +125,8 @@ struct Motion {
   /// By soft vertex: displacement that the body's own links add to the prediction, once contacts
   /// have moved it, metres.
   std::vector<Vector3d> link_displacement;
-  bool links_moved = false;  ///< false: link_displacement is zero
+  /// By body: whether its link_displacement is not zero. Empty: none is.
+  std::vector<char> links_moved;
   // Results of the response, by soft vertex. `end` is solved + split_displacement, rounded.
   std::vector<Vector3d> solved;  ///< positions after impulses, metres; velocities follow
   /// Displacement that restores gaps, metres; velocities do not follow it.

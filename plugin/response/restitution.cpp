@@ -82,6 +82,7 @@ void add_restitution(RowList& rows, double restitution, double threshold, int sw
   bounce.solved.assign(motion.predicted.begin(), motion.predicted.begin() + motion.soft_count());
   // What the links add is in the solved motion, and so in the velocities already.
   bounce.link_displacement.assign(bounce.solved.size(), Vector3d::Zero());
+  bounce.links_moved.clear();
   bounce.turn_displacement.clear();
   for (ArticulatedMotion& body : bounce.articulated) body.stop_motors();
   std::vector<ContactRow> bouncing;

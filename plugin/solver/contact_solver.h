@@ -112,9 +112,9 @@ class ContactSolver {
   };
   // The problem of an island.
   struct Problem {
-    bool is_set_up = false;
+    bool is_set_up = false;  // its island was selected in set_up()
     bool is_open = false;    // set up, and some row needs something
-    bool is_pushed = false;  // by motors of a multibody, besides the contacts
+    bool is_pushed = false;  // besides the contacts: by motors of a multibody, or by links
     bool any_active = false;
     Largest largest;
     double length_unit = 1, mass_unit = 1;  // metres, kg

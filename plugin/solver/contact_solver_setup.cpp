@@ -138,9 +138,9 @@ void ContactSolver::restart_displacements() {
     for (const std::int32_t v : block.new_vertices)
       displacement_[slot++] = link_displacement(v, problems_[block.island]);
   });
-  if (for_split_impulse_ || !motion_->links_moved) return;
-  for (std::size_t body = 0; body < motion_->rigid_of_body.size(); ++body)
-    if (motion_->rigid_of_body[body] < 0) give_slots_to_moved(static_cast<std::int32_t>(body));
+  if (for_split_impulse_) return;
+  for (std::size_t body = 0; body < motion_->links_moved.size(); ++body)
+    if (motion_->links_moved[body]) give_slots_to_moved(static_cast<std::int32_t>(body));
 }
 
 // Rows that have no impulse find there how far such nodes have moved.
@@ -161,7 +161,7 @@ void ContactSolver::give_slots_to_moved(std::int32_t body) {
 
 Float4 ContactSolver::link_displacement(std::int32_t vertex, const Problem& problem) const {
   Float4 displacement = {};
-  if (!for_split_impulse_ && motion_->links_moved)
+  if (!for_split_impulse_ && !motion_->links_moved.empty())
     set(displacement.x, motion_->link_displacement[vertex] / problem.length_unit);
   return displacement;
 }
@@ -272,6 +272,10 @@ void ContactSolver::find_pushed_islands() {
     const std::int32_t island = islands_->of_rigid(multibody.links.front().rigid);
     if (island >= 0 && multibody.has_motor_impulse()) problems_[island].is_pushed = true;
   }
+  for (std::size_t body = 0; body < motion_->links_moved.size(); ++body) {
+    const std::int32_t island = islands_->of_body(static_cast<std::int32_t>(body));
+    if (island >= 0 && motion_->links_moved[body]) problems_[island].is_pushed = true;
+  }
 }
 
 void ContactSolver::make_chunks() {
@@ -306,11 +310,9 @@ bool ContactSolver::classify_rows(bool only_may_need_split) {
     problem.any_active = problem.any_active || !chunks_[i].active.empty();
   }
   bool any_open = false;
-  // The needs do not have what links have moved.
-  const bool links_moved = !for_split_impulse_ && motion_->links_moved;
   for (Problem& problem : problems_) {
     problem.is_open =
-        problem.is_open && (links_moved || problem.any_active || problem.is_pushed ||
+        problem.is_open && (problem.any_active || problem.is_pushed ||
                             problem.largest.need >= settings::solver::min_speed * motion_->dt);
     any_open = any_open || problem.is_open;
   }

@@ -255,8 +255,9 @@ bool btLazySoftBodySolver::solve_links(const std::vector<std::int32_t>& bodies, 
     });
   }
   if (largest < least * least) return false;
-  motion.links_moved = true;
+  motion.links_moved.resize(motion.rigid_of_body.size(), 0);
   for (const std::int32_t index : bodies) {
+    motion.links_moved[index] = 1;
     for_each_vertex(index, [&](std::int32_t v, const btSoftBody::Node& node) {
       if (!motion.is_free(v)) return;
       const Vector3d x = to_double(node.m_x);

@@ -139,7 +139,7 @@ TEST_CASE("contacts go on after links have moved nodes as if they were set up an
     const auto move_by_links = [&](int i, double height) {
       motion.link_displacement[3 * i].y() += height;
       motion.solved[3 * i].y() += height;
-      motion.links_moved = true;
+      motion.links_moved.assign(1, 1);
     };
     for (std::size_t i = 1; i < points / 2; ++i) motion.end[9 * i + 1] -= btScalar(0.01);
     motion.begin_response();
