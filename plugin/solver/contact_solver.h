@@ -177,8 +177,7 @@ class ContactSolver {
   /// needs anything. Returns whether any is open.
   bool classify_rows(bool only_may_need_split);
   void classify(RowChunk& chunk, bool only_may_need_split);
-  /// Displacements of all that has a slot begin anew, from what links and motors have moved. Nodes
-  /// that links have moved get slots.
+  /// Displacements of all that blocks move begin anew, from what links and motors have moved.
   void restart_displacements();
   /// Whether all selected islands have a problem.
   bool are_set_up() const;
@@ -186,6 +185,7 @@ class ContactSolver {
   Float4 link_displacement(std::int32_t vertex, const Problem& problem) const;
   /// Whether no block has claimed this slot of a node.
   bool is_unclaimed(std::int32_t slot) const { return slot > 0 && vertex_of_[slot] < 0; }
+  /// Gives slots to the nodes of a soft body that links have moved and no block moves.
   void give_slots_to_moved(std::int32_t body);
   /// Batches of a block begin anew, from their impulses.
   void restart(RowBlock& block) const;

@@ -138,9 +138,6 @@ void ContactSolver::restart_displacements() {
     for (const std::int32_t v : block.new_vertices)
       displacement_[slot++] = link_displacement(v, problems_[block.island]);
   });
-  if (for_split_impulse_) return;
-  for (std::size_t body = 0; body < motion_->links_moved.size(); ++body)
-    if (motion_->links_moved[body]) give_slots_to_moved(static_cast<std::int32_t>(body));
 }
 
 // Rows that have no impulse find there how far such nodes have moved.
@@ -185,6 +182,8 @@ void ContactSolver::add_blocks(RowsByIsland rows) {
 }
 
 void ContactSolver::start_from_impulses() {
+  for (std::size_t body = 0; !for_split_impulse_ && body < motion_->links_moved.size(); ++body)
+    if (motion_->links_moved[body]) give_slots_to_moved(static_cast<std::int32_t>(body));
   for_each_block_by_stage(
       [this](RowBlock& block, int) {
         if (!is_selected(block)) return;

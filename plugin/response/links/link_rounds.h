@@ -92,7 +92,7 @@ class LinkRounds {
     std::int32_t body;
     int rounds;
   };
-  // The bodies whose links are solved again for the same reason, and how.
+  // The bodies whose links are solved again, and how.
   struct Turns {
     std::vector<BodyRounds> bodies;
     double min_link_speed;  // links that move nodes more slowly end the rounds, m/s
