@@ -1,4 +1,4 @@
-"""LazyCCD in the published wheel of PyBullet: the worlds' life cycle, and cloth that does not pass through."""
+"""LazyCCD in PyBullet: the worlds' life cycle, and cloth that does not pass through."""
 
 import os
 import shutil
@@ -450,10 +450,24 @@ def test_images_and_contact_points_of_pybullet_still_come(server):
     assert sum(point[9] for point in touching) > 0  # newtons
 
 
-def test_a_pybullet_of_another_version_is_refused(monkeypatch, server):
-    monkeypatch.setattr(plugin, "_installed_version", lambda: "3.2.5")
+@pytest.mark.parametrize(
+    "installed",
+    (
+        {"pybullet": "3.2.5"},
+        {"pybullet-arm64": "3.2.7"},
+        {"pybullet": "3.2.5", "pybullet-arm64": "3.2.8"},
+        {},
+    ),
+)
+def test_a_pybullet_of_another_version_is_refused(monkeypatch, server, installed):
+    monkeypatch.setattr(plugin, "_installed", lambda: installed)
     with pytest.raises(RuntimeError, match="pip install pybullet=="):
         plugin.load(server.client)
+
+
+def test_the_fork_and_its_version_are_accepted(monkeypatch, server):
+    monkeypatch.setattr(plugin, "_installed", lambda: {"pybullet-arm64": "3.2.8"})
+    plugin.load(server.client)
 
 
 def test_a_client_that_is_not_connected_is_refused():

@@ -6,7 +6,7 @@
     p.resetSimulation(p.RESET_USE_DEFORMABLE_WORLD)
 
 After `load`, or any other of these functions, every soft and deformable world of the server has LazyCCD's contacts, in DIRECT and GUI mode. All
-functions take `physicsClientId` as PyBullet's do. The published wheels of PyBullet need no change.
+functions take `physicsClientId` as PyBullet's do. PyBullet itself needs no change.
 """
 
 from __future__ import annotations
@@ -21,8 +21,9 @@ from typing import Any, Dict, List, NamedTuple, Union
 import numpy as np
 import pybullet as _p
 
-SUPPORTED = ("3.2.7",)
-"""Versions of PyBullet whose memory layout the plugin library knows."""
+SUPPORTED = {"pybullet": "3.2.7", "pybullet-arm64": "3.2.8"}
+"""Packages that are PyBullet, and the version whose memory layout the plugin library knows. The second is a fork for
+all machines, with the C++ sources of the first's 3.2.7."""
 
 contact_dtype = np.dtype(
     [
@@ -168,15 +169,22 @@ def _table(reply: bytes) -> Dict[str, Any]:
 
 
 @functools.lru_cache(maxsize=None)
-def _installed_version() -> str:
-    return metadata.version("pybullet")  # reads files, and every command asks for it
+def _installed() -> Dict[str, str]:
+    versions = {}
+    for name in SUPPORTED:
+        try:
+            versions[name] = metadata.version(name)  # reads files, and every command asks for it
+        except metadata.PackageNotFoundError:
+            pass
+    return versions
 
 
 def _require_supported() -> None:
-    version = _installed_version()
-    if version not in SUPPORTED:
+    installed = _installed().items()
+    if not installed or not installed <= SUPPORTED.items():
+        found = " and ".join(f"{name} {version}" for name, version in installed) or "an unknown pybullet"
         raise RuntimeError(
-            f"pybullet {version} is installed; LazyCCD needs another: pip install pybullet=={SUPPORTED[-1]}"
+            f"{found} is installed; LazyCCD needs another: pip install pybullet=={SUPPORTED['pybullet']}"
         )
 
 
