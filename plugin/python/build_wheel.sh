@@ -36,7 +36,7 @@ done
 
 # Headers of the system's packages, without those of its glibc beside them.
 mkdir -p "$work/include" "$work/boost"
-ln -s /usr/include/boost "$work/include/boost"
+ln -s /usr/include/boost /usr/include/crypt.h "$work/include"  # older Pythons' headers include crypt.h
 for folder in /usr/include/*-linux-gnu; do ln -s "$folder" "$work/include"; done
 cat >"$work/boost/BoostConfig.cmake" <<BOOST
 add_library(Boost::headers INTERFACE IMPORTED)
