@@ -490,7 +490,8 @@ def run_script(text, display=(), capture=False, **variables):
 def display():
     """A command that gives a program a virtual display; empty if there is a display."""
     if shutil.which("xvfb-run"):
-        return ["xvfb-run", "-a"]
+        # -noreset: it stays as it is when its last client leaves, so that the next one finds it.
+        return ["xvfb-run", "-a", "-s", "-screen 0 1280x1024x24 -noreset"]
     if not os.environ.get("DISPLAY"):
         pytest.skip("there is no display, and no xvfb-run for a virtual one")
     return []
