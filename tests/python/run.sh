@@ -2,8 +2,8 @@
 # Installs the Python package in a fresh virtual environment and runs its tests there.
 #
 #   bash tests/python/run.sh                 the detector: some 20 s after a build of the project
-#   bash tests/python/run.sh --pybullet      also the plugin library in the published wheel of PyBullet, sweeps,
-#                                            recipes and the notebook; builds Bullet, some 10 minutes
+#   bash tests/python/run.sh --pybullet      also the plugin library in PyBullet, sweeps, recipes and the notebook;
+#                                            builds Bullet, some 10 minutes, and from Python 3.12 on PyBullet, 10 more
 #
 # The detector is taken from build/cpu if tests/run.sh --all has built it; its program is compared with the
 # package then. PYTHON names the interpreter; LAZYCCD_PYBULLET_SDIST the sources of PyBullet, if they need
