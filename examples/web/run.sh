@@ -24,6 +24,7 @@ site=$repository/build/web
 mkdir -p "$site"
 cp "$repository"/examples/web/page/* "$repository/plugin/javascript/instantiate.js" "$repository/build/wasm/examples/web/page.wasm" \
   /usr/share/javascript/three/three.module.js "$site"
+cp /usr/share/doc/libjs-three/copyright "$site/three.LICENSE.txt"
 say "The page is in $site"
 if [ $serve = yes ]; then
   say "Serving it on http://127.0.0.1:$port/ until Ctrl-C"

@@ -45,7 +45,7 @@ test_package() {
 test_page() {
   bash "$repository/examples/web/run.sh" --build
   "$repository/build/cpu/examples/web/lazyccd_page_scenes" 300 >"$out/scenes_native.jsonl"
-  python3 "$here/test_page.py" "$repository/build/web" "$out/scenes_native.jsonl" "$out/pictures"
+  /usr/bin/python3 "$here/test_page.py" "$repository/build/web" "$out/scenes_native.jsonl" "$out/pictures"
 }
 
 require_packages core bullet programs tests web browser

@@ -2,6 +2,7 @@
 
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "scenes/meshes/cloth.h"
@@ -67,8 +68,12 @@ void build_skirt(Scene& scene, const Parameters& parameters, double speed) {
   btSoftBody* const cloth = skirt.get();
   world.add(std::move(skirt));
 
-  // The waist moves by 0.3 m to both sides, at most with `speed`.
-  const auto sway = [speed](double time) { return 0.3 * std::sin(speed / 0.3 * time); };
+  // 0 at rest, then from -1 to 1 and back. All begins to move within half a second.
+  const auto wave = [speed](double time) {
+    return std::min(1.0, 2 * time) * std::sin(speed / 0.3 * time);
+  };
+  // The waist moves by 0.3 m to both sides, about as fast as `speed`.
+  const auto sway = [wave](double time) { return 0.3 * wave(time); };
   world.drive([=, &world](double time) {
     for (int i = 0; i < columns; ++i)
       steer(cloth->m_nodes[i], at_waist(2 * pi * i / columns, 0) + vector(sway(time), 0, 0),
@@ -77,7 +82,7 @@ void build_skirt(Scene& scene, const Parameters& parameters, double speed) {
   for (const double side : {-1.0, 1.0}) {
     world.add_moving(
         std::make_unique<btCapsuleShape>(btScalar(0.09), btScalar(0.7)), [=](double time) {
-          const double swing = 0.5 * side * std::sin(speed / 0.3 * time);
+          const double swing = 0.5 * side * wave(time);
           btTransform pose(btQuaternion(btVector3(1, 0, 0), static_cast<btScalar>(swing)));
           const btVector3 hip = vector(sway(time) + 0.12 * side, 0, 0);
           pose.setOrigin(hip + pose.getBasis() * vector(0, -0.4, 0));
