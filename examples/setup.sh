@@ -2,9 +2,11 @@
 # examples/ and tests/ source this file.
 #
 #   require_packages GROUP...   installs the missing packages of the groups core, bullet, programs,
-#                               tests, checks, python, pybullet, memory, pictures; needs root only if a package is missing
+#                               tests, checks, python, pybullet, memory, pictures, web, browser; needs root only if a
+#                               package is missing
 #   build_preset PRESET [CMAKE OPTION...] [-- TARGET...]
 #                               configures a preset and builds it in build/PRESET
+#   build_wasm [-- TARGET...]   the same for the preset wasm, with Bullet's sources of the distribution
 
 repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 jobs=${JOBS:-$(nproc)}
@@ -56,6 +58,17 @@ packages_of() {
       ;;
     memory)
       echo 'valgrind: memory errors of the Python package'
+      ;;
+    web)
+      echo 'emscripten: the compiler for WebAssembly'
+      echo 'dpkg-dev: unpacks the sources of Bullet'
+      echo 'libjs-three: draws the page'
+      ;;
+    browser)
+      echo 'chromium: the browser that tests the page'
+      echo 'chromium-driver: drives it'
+      echo 'python3-selenium: drives it'
+      echo 'node-typescript: checks the types of the package'
       ;;
     pictures)
       echo 'python3-matplotlib: charts, and pictures side by side'
@@ -120,4 +133,29 @@ build_preset() {
   say "Building $preset in build/$preset"
   (cd "$repository" && cmake --preset "$preset" --log-level=WARNING "${options[@]}" &&
     cmake --build "build/$preset" -j "$jobs" "${targets[@]}")
+}
+
+# Unpacks the sources of the distribution's Bullet in build/bullet_sources, and sets bullet_sources to
+# the folder. The system's own lists of packages stay as they are.
+require_bullet_sources() {
+  local folder=$repository/build/bullet_sources
+  if ! compgen -G "$folder/bullet-*/src" >/dev/null; then
+    say "Getting the sources of Bullet"
+    mkdir -p "$folder/lists/partial"
+    apt-get indextargets --format 'deb-src $(REPO_URI) $(RELEASE) $(COMPONENT)' 'Created-By: Packages' \
+      "Origin: $(. /etc/os-release && echo "${NAME%% *}")" | sort -u >"$folder/sources.list"
+    (cd "$folder" &&
+      options=(-qq -o "Dir::Etc::SourceList=$folder/sources.list" -o Dir::Etc::SourceParts=/dev/null
+        -o "Dir::State::Lists=$folder/lists" -o APT::Sandbox::User=root) &&
+      apt-get "${options[@]}" update && apt-get "${options[@]}" source bullet)
+  fi
+  bullet_sources=$(compgen -G "$folder/bullet-*/src")
+}
+
+build_wasm() {
+  require_bullet_sources
+  # The compiler keeps its own libraries, which it builds once.
+  [ -w /usr/share/emscripten/cache ] || export EM_CACHE=$repository/build/emscripten_cache
+  # Where Debian's compiler finds its optimizer of scripts.
+  NODE_PATH=/usr/share/nodejs build_preset wasm -DLAZYCCD_BULLET_ROOT="$bullet_sources" "$@"
 }

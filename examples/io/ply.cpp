@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <limits>
 
@@ -313,7 +314,14 @@ void append_binary(std::string& bytes, Number value, bool swapped) {
 template <class Number>
 void append_ascii(std::string& bytes, Number value) {
   char text[32];
+#if defined(__cpp_lib_to_chars)
   bytes.append(text, std::to_chars(text, text + sizeof(text), value).ptr);
+#else
+  // So many digits read back as the same number.
+  std::snprintf(text, sizeof(text), "%.*g", std::numeric_limits<Number>::max_digits10,
+                static_cast<double>(value));
+  bytes += text;
+#endif
 }
 
 std::string header_of(const Mesh& mesh, PlyFormat format, PlyScalar scalar) {

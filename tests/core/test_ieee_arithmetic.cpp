@@ -24,6 +24,10 @@ void in_other_modes(const Body& body) {
   std::fegetenv(&own);
   for (int rounding : {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO}) {
     std::fesetround(rounding);
+    if (std::fegetround() != rounding) {
+      WARN("skipped: WebAssembly always rounds to nearest");
+      return;
+    }
     body();
     std::fesetenv(&own);
   }

@@ -20,7 +20,7 @@ const std::string face_header = "element face 1\nproperty list uchar int vertex_
 const std::string header = header_start + vertex_header + face_header + "end_header\n";
 const std::string vertices = "0 0 0\n1 0 0\n0 1 0\n";
 
-Mesh sample_mesh() {
+io::Mesh sample_mesh() {
   return {{{0, 0.1, -3e-310}, {1.0 / 3, 2, 1e300}, {-0.0, 4, 5}, {7, 8, 9}},
           {{0, 1, 2}, {3, 2, 1}}};
 }
@@ -46,11 +46,11 @@ void append_big_endian(std::string& bytes, Number value) {
 
 TEST_CASE("a mesh written in any PLY format reads back the same, bit by bit") {
   const test::TemporaryFolder folder;
-  const Mesh mesh = sample_mesh();
+  const io::Mesh mesh = sample_mesh();
   for (const PlyFormat format :
        {PlyFormat::ascii, PlyFormat::binary_little_endian, PlyFormat::binary_big_endian}) {
     write_ply(folder / "mesh.ply", mesh, format);
-    const Mesh back = read_ply(folder / "mesh.ply");
+    const io::Mesh back = read_ply(folder / "mesh.ply");
     CHECK(back.faces == mesh.faces);
     REQUIRE(back.vertices.size() == mesh.vertices.size());
     CHECK(std::memcmp(back.vertices.data(), mesh.vertices.data(),
@@ -60,12 +60,12 @@ TEST_CASE("a mesh written in any PLY format reads back the same, bit by bit") {
 
 TEST_CASE("a mesh written in single precision reads back as its rounded values") {
   const test::TemporaryFolder folder;
-  Mesh mesh = sample_mesh();
+  io::Mesh mesh = sample_mesh();
   mesh.vertices[1][2] = 1e30;
   for (const PlyFormat format :
        {PlyFormat::ascii, PlyFormat::binary_little_endian, PlyFormat::binary_big_endian}) {
     write_ply(folder / "mesh.ply", mesh, format, PlyScalar::float32);
-    const Mesh back = read_ply(folder / "mesh.ply");
+    const io::Mesh back = read_ply(folder / "mesh.ply");
     REQUIRE(back.vertices.size() == mesh.vertices.size());
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -76,7 +76,7 @@ TEST_CASE("a mesh written in single precision reads back as its rounded values")
 }
 
 TEST_CASE("properties, lists and elements that a mesh does not need are skipped") {
-  const Mesh mesh = parse_ply(
+  const io::Mesh mesh = parse_ply(
       "ply\r\nformat ascii 1.0\r\ncomment made by hand\r\nobj_info none\r\n"
       "element material 1\r\nproperty list uchar float weights\r\nproperty double shine\r\n"
       "element face 1\r\nproperty uchar flag\r\nproperty list ushort uint vertex_index\r\n"
@@ -219,9 +219,9 @@ TEST_CASE("an empty mesh, an empty file, a missing file and a folder are errors"
 
 TEST_CASE("two frames of different topology are told apart by their first difference") {
   using Matchers::ContainsSubstring;
-  const Mesh mesh = sample_mesh();
+  const io::Mesh mesh = sample_mesh();
   CHECK_NOTHROW(require_same_topology(mesh, "a.ply", mesh, "b.ply"));
-  Mesh other = mesh;
+  io::Mesh other = mesh;
   other.vertices.push_back({0, 0, 0});
   CHECK_THROWS_WITH(require_same_topology(mesh, "a.ply", other, "b.ply"),
                     ContainsSubstring("a.ply has 4 vertices, b.ply has 5"));

@@ -345,12 +345,15 @@ class Start {
   }
 
   void add_surface(const btCollisionObject& body, btCollisionShape& shape, bool stays) {
+    // The corners of a plane's triangles are so far away that they are rounded by metres:
+    // count_fallen() is enough.
+    if (shape.getShapeType() == STATIC_PLANE_PROXYTYPE) return;
     // LazyCCD's hulls have no margin.
     const btScalar margin = shape.getMargin();
     if (shape.getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE) shape.setMargin(0);
     scenes::Triangles triangles = scenes::tessellate(shape);
     shape.setMargin(margin);
-    if (triangles.faces.empty()) return;  // a plane or a terrain: count_fallen() is enough
+    if (triangles.faces.empty()) return;
     surfaces_.push_back(std::make_unique<scenes::Triangles>(std::move(triangles)));
     obstacles_.push_back({&body, surfaces_.back().get(), stays});
   }

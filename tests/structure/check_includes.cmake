@@ -125,7 +125,8 @@ check_layers(plugin "(lazyccd/|settings\\.h$)"
   response:solver,contact,motion,util
   isa:detection,solver,links,contact,motion,util,simd
   step:detection,response,report,untangling,touching,scene,shapes,contact,motion,util
-  world:step,bodies,links,report,scene,shapes,contact,motion,util)
+  world:step,bodies,links,report,scene,shapes,contact,motion,util
+  text:step)
 
 set(prefix "host/")
 check_layers(cuda/host "(core|simd|lazyccd)/"

@@ -13,6 +13,8 @@
 #include <immintrin.h>
 #elif defined(__aarch64__)
 #include <arm_neon.h>
+#elif defined(__wasm_simd128__)
+#include <wasm_simd128.h>
 #endif
 
 #include "core/lane.h"
@@ -123,6 +125,8 @@ struct Mask {
     return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(m)));
 #elif defined(__aarch64__)
     return vaddvq_u32(reinterpret_cast<uint32x4_t>(m & Int4{1, 2, 4, 8}));
+#elif defined(__wasm_simd128__)
+    return wasm_i32x4_bitmask(reinterpret_cast<v128_t>(m));
 #else
     return (m[0] & 1u) | (m[1] & 2u) | (m[2] & 4u) | (m[3] & 8u);
 #endif
@@ -160,6 +164,13 @@ LAZYCCD_INLINE FloatLanes lane_sqrt(FloatLanes a) {
 }
 LAZYCCD_INLINE FloatLanes lane_floor(FloatLanes a) {
   return reinterpret_cast<Float4>(vrndmq_f32(reinterpret_cast<float32x4_t>(a.v)));
+}
+#elif defined(__wasm_simd128__) && !defined(LAZYCCD_PLAIN_CPP)
+LAZYCCD_INLINE FloatLanes lane_sqrt(FloatLanes a) {
+  return reinterpret_cast<Float4>(wasm_f32x4_sqrt(reinterpret_cast<v128_t>(a.v)));
+}
+LAZYCCD_INLINE FloatLanes lane_floor(FloatLanes a) {
+  return reinterpret_cast<Float4>(wasm_f32x4_floor(reinterpret_cast<v128_t>(a.v)));
 }
 #else
 LAZYCCD_INLINE FloatLanes lane_sqrt(FloatLanes a) { return square_root(a.v); }

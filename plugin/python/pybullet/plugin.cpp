@@ -25,9 +25,10 @@
 #include <utility>
 
 #include "attachment.h"
-#include "option_table.h"
 #include "records.h"
 #include "server_world.h"
+#include "text/option_table.h"
+#include "text/stats_text.h"
 
 namespace lazyccd::pybullet {
 namespace {
@@ -84,18 +85,18 @@ class Plugin {
       std::string name, value;
       while (words >> name) {
         if (!(words >> value)) throw std::invalid_argument(name + ": there is no value");
-        set_option(wanted, name, value);
+        text::set_option(wanted, name, value);
       }
       options_ = std::move(wanted);
       if (attachment_ && attachment_->is_attached()) restart();
-      return options_text(options_);
+      return text::options_text(options_);
     }
-    if (verb == "options") return options_text(options_);
+    if (verb == "options") return text::options_text(options_);
     if (verb == "status") return status();
     if (verb == "excluded")
       return attachment_ ? excluded_records(attachment_->excluded_bodies()) : std::string();
-    if (verb == "stats") return stats_text(attachment_ ? attachment_->step_stats() : Stats());
-    if (verb == "total_stats") return stats_text(total_stats());
+    if (verb == "stats") return text::stats_text(attachment_ ? attachment_->step_stats() : Stats());
+    if (verb == "total_stats") return text::stats_text(total_stats());
     if (verb == "contacts") {
       const bool is_known = attachment_ && total_stats().steps != removed_after_;
       return is_known ? contact_records(attachment_->contacts()) : std::string();

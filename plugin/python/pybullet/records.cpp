@@ -4,14 +4,10 @@
 
 #include <cstdint>
 #include <cstring>
-#include <type_traits>
-
-#include "number_text.h"
 
 namespace lazyccd::pybullet {
 
 using bullet::StepContact;
-using bullet::StepStats;
 
 namespace {
 
@@ -76,20 +72,6 @@ std::string excluded_records(const std::vector<bullet::ExcludedBody>& bodies) {
     bytes.append(reinterpret_cast<const char*>(record), sizeof record);
   }
   return bytes;
-}
-
-std::string stats_text(const StepStats& s) {
-  std::string lines;
-  StepStats::for_each_member([&](const char* name, auto member) {
-    const auto value = s.*member;
-    lines += std::string(name) + " ";
-    if constexpr (std::is_floating_point_v<std::decay_t<decltype(value)>>)
-      lines += number_text(value);
-    else
-      lines += std::to_string(value);
-    lines += "\n";
-  });
-  return lines;
 }
 
 }  // namespace lazyccd::pybullet

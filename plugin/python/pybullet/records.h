@@ -1,4 +1,4 @@
-// What Python reads: contacts as records, statistics as lines.
+// What Python reads: contacts and bodies as records.
 #pragma once
 
 #include <lazyccd/bullet/report.h>
@@ -15,8 +15,5 @@ std::string contact_records(Span<const bullet::StepContact> contacts);
 
 /// Three 32-bit integers for each body: its number in PyBullet, the node or -1, the reason.
 std::string excluded_records(const std::vector<bullet::ExcludedBody>& bodies);
-
-/// One line for each member: its name, a blank, its value.
-std::string stats_text(const bullet::StepStats& stats);
 
 }  // namespace lazyccd::pybullet

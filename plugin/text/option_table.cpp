@@ -1,4 +1,4 @@
-#include "option_table.h"
+#include "text/option_table.h"
 
 #include <cmath>
 #include <locale>
@@ -6,10 +6,10 @@
 #include <stdexcept>
 #include <variant>
 
-#include "number_text.h"
 #include "step/checked_options.h"
+#include "text/number_text.h"
 
-namespace lazyccd::pybullet {
+namespace lazyccd::text {
 
 using bullet::SolverOptions;
 
@@ -126,4 +126,4 @@ std::string options_text(const SolverOptions& options) {
   return lines;
 }
 
-}  // namespace lazyccd::pybullet
+}  // namespace lazyccd::text

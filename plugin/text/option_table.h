@@ -5,7 +5,7 @@
 
 #include <string>
 
-namespace lazyccd::pybullet {
+namespace lazyccd::text {
 
 /// Sets the option `name`, a member of SolverOptions, or `backend` or `threads` of its detector.
 /// Numbers have a point in every locale. Throws std::invalid_argument if there is no such option,
@@ -15,4 +15,4 @@ void set_option(bullet::SolverOptions& options, const std::string& name, const s
 /// One line for each option: its name, a blank, its value.
 std::string options_text(const bullet::SolverOptions& options);
 
-}  // namespace lazyccd::pybullet
+}  // namespace lazyccd::text

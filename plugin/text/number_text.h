@@ -1,11 +1,11 @@
-// Numbers as text that Python reads.
+// Numbers as text that other languages read.
 #pragma once
 
 #include <locale>
 #include <sstream>
 #include <string>
 
-namespace lazyccd::pybullet {
+namespace lazyccd::text {
 
 /// All digits of the number, with a point in every locale.
 inline std::string number_text(double value) {
@@ -16,4 +16,4 @@ inline std::string number_text(double value) {
   return digits.str();
 }
 
-}  // namespace lazyccd::pybullet
+}  // namespace lazyccd::text
