@@ -32,7 +32,7 @@ def build_sdist(sdist_directory, config_settings=None):
         (stage / "source").mkdir()
         for name in _sources:
             if (_checkout / name).is_dir():
-                ignored = shutil.ignore_patterns("python", "__pycache__", "*.svg")
+                ignored = shutil.ignore_patterns("python", "javascript", "__pycache__", "*.svg")
                 shutil.copytree(_checkout / name, stage / "source" / name, ignore=ignored)
             else:
                 shutil.copy(_checkout / name, stage / "source" / name)
