@@ -12,11 +12,13 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+/// How often a coordinate may have been rounded: when the application computed it and when it was
+/// set, and where a pose was added, for both bodies of a pair. What is multiplied by a rotation is
+/// as small as a body, so it hardly counts far from the origin.
+inline constexpr int rounding_count = 4;
+
 /// Bound of the rounding of coordinates up to `largest`, metres.
 inline double rounding_of(double largest) {
-  // One when the application sets a place, and six in the product with a pose. The rest is for
-  // poses that were themselves computed.
-  constexpr double rounding_count = 16;
   return rounding_count * static_cast<double>(std::numeric_limits<btScalar>::epsilon()) * largest;
 }
 

@@ -35,6 +35,15 @@ double bound_of(const TouchingPair& pair, const Vector3d& normal,
   return std::max(rounding_of(edge), rounding_along(normal, extent));
 }
 
+// Whether the edges at the soft vertices of a pair are longer than the bound of its rounding. Where
+// they are not, positions do not tell the shape of the body, and parting would tear it.
+bool is_resolved(const TouchingPair& pair, double bound, const Motion& motion) {
+  return std::all_of(pair.contact.vertices.begin(), pair.contact.vertices.end(),
+                     [&](std::int32_t v) {
+                       return !motion.is_soft(v) || motion.shortest_edge[v] > bound;
+                     });
+}
+
 // Moves the free vertices of a pair along `normal` by what its gap lacks to `distance`.
 void part_pair(const TouchingPair& pair, const Vector3d& normal, double distance,
                const Motion& motion, std::vector<Vector3d>& x, std::vector<char>& is_moved) {
@@ -66,16 +75,16 @@ void sort_once(std::vector<std::int32_t>& vertices) {
   vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
 }
 
-// Puts back those of the `moved` vertices that pass on the way from `start` through something that
-// did not touch there, and their ends to `end`. The others stay in `moved`. `touched`: the pairs
-// that touched; sorted.
+// Puts back those of the `moved` vertices that pass through something on the way from `start`, and
+// their ends to `end`. The others stay in `moved`. `reversed`: the pairs that started on the wrong
+// side, or as near to it as one rounding, so they may pass through each other; sorted.
 void put_back_crossing(const std::vector<btScalar>& start, const std::vector<btScalar>& end,
-                       const std::vector<Contact>& touched, const TouchingQuery& query,
+                       const std::vector<Contact>& reversed, const TouchingQuery& query,
                        std::vector<std::int32_t>& moved, Motion& motion) {
   for (bool any = !moved.empty(); any;) {
     std::vector<char> crosses(motion.size(), 0);
     for (const Contact& contact : query.touching({start.data(), motion.size()}, motion.starts())) {
-      if (std::binary_search(touched.begin(), touched.end(), contact) || !query.responds(contact))
+      if (std::binary_search(reversed.begin(), reversed.end(), contact) || !query.responds(contact))
         continue;
       for (const std::int32_t v : contact.vertices) crosses[v] = 1;
     }
@@ -101,7 +110,7 @@ void TouchingStarts::part(const StepTopology& topology, Span<const Edge> edges,
                           const TouchingQuery& query, Motion& motion) {
   const std::vector<Vector3d> extents = find_extents(topology, motion);
   const std::vector<btScalar> start = motion.start, end = motion.end;
-  std::vector<Contact> touched;
+  std::vector<Contact> reversed;
   std::vector<std::int32_t> moved;
   std::vector<double> rounding(motion.size());
   std::vector<Vector3d> x(motion.size());
@@ -113,16 +122,19 @@ void TouchingStarts::part(const StepTopology& topology, Span<const Edge> edges,
     const std::vector<TouchingPair> pairs =
         find_touching_pairs(topology.topology(), edges, x, rounding, motion.soft_count(), query);
     if (pairs.empty()) break;
-    for (std::size_t i = 0; pass == 0 && i < pairs.size(); ++i) touched.push_back(pairs[i].contact);
     const auto bound = [&](const TouchingPair& pair, const Vector3d& normal) {
       return bound_of(pair, normal, extents, motion);
     };
     const std::vector<Vector3d> normals =
         TouchingSides(topology, edges, motion).normals_of(pairs, bound);
+    for (std::size_t i = 0; pass == 0 && i < pairs.size(); ++i)
+      if (pairs[i].gap.dot(normals[i]) <= bound(pairs[i], normals[i]) / rounding_count)
+        reversed.push_back(pairs[i].contact);
     std::vector<char> is_moved(static_cast<std::size_t>(motion.soft_count()), 0);
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-      if (!normals[i].isZero())
-        part_pair(pairs[i], normals[i], bound(pairs[i], normals[i]), motion, x, is_moved);
+      const double distance = normals[i].isZero() ? 0 : bound(pairs[i], normals[i]);
+      if (distance > 0 && is_resolved(pairs[i], distance, motion))
+        part_pair(pairs[i], normals[i], distance, motion, x, is_moved);
     }
     bool any_moved = false;
     for (std::int32_t v = 0; v < motion.soft_count(); ++v) {
@@ -135,8 +147,8 @@ void TouchingStarts::part(const StepTopology& topology, Span<const Edge> edges,
     if (!any_moved) break;
   }
   sort_once(moved);
-  std::sort(touched.begin(), touched.end());
-  put_back_crossing(start, end, touched, query, moved, motion);
+  std::sort(reversed.begin(), reversed.end());
+  put_back_crossing(start, end, reversed, query, moved, motion);
   moved_.insert(moved_.end(), moved.begin(), moved.end());
   sort_once(moved_);
 }
