@@ -328,16 +328,22 @@ void Pipeline::update_trapped(const Untangling::Found& found) {
     filter_.set_embedded(embedded_.parts(), embedded_.pinned());
 }
 
-Untangling::Found Pipeline::find_intersections(const std::vector<std::int32_t>* of_bodies) const {
-  const Topology view = topology().topology();
-  const auto responds = [this](std::int32_t body) { return topology().bodies()[body].responds; };
-  Untangling::Found found;
-  found.intersections = bullet::find_intersections(
-      view, detector_.edges(), motion().starts(), responds,
+Intersections Pipeline::find_piercing(const std::vector<std::int32_t>* of_bodies) const {
+  return bullet::find_intersections(
+      topology().topology(), detector_.edges(), motion().starts(),
+      [this](std::int32_t body) { return topology().bodies()[body].responds; },
       [this](const Edge& edge, const Face& face) { return filter_.ignores(edge, face); },
       of_bodies);
-  const std::function<bool(std::int32_t)> body_responds = responds;
-  const PairRules pair_rules(view, body_responds);
+}
+
+Untangling::Found Pipeline::find_intersections(const std::vector<std::int32_t>* of_bodies) const {
+  const Topology view = topology().topology();
+  Untangling::Found found;
+  found.intersections = find_piercing(of_bodies);
+  const std::function<bool(std::int32_t)> responds = [this](std::int32_t body) {
+    return topology().bodies()[body].responds;
+  };
+  const PairRules pair_rules(view, responds);
   found.penetrations = find_penetrations(
       topology(), found.intersections, detector_.edges(), motion(),
       [&](std::int32_t body, std::int32_t obstacle) {
@@ -360,6 +366,16 @@ void Pipeline::part_touching(const std::vector<std::int32_t>& of_bodies) {
   };
   query.touching = [this](const Positions& start, const Positions& end) {
     return detector_.touching_in(start, end);
+  };
+  query.piercing = [&] {
+    std::vector<std::array<std::int32_t, 5>> found;
+    for (const auto& [edge, face] : find_piercing(&of_bodies).pairs) {
+      const Edge& e = detector_.edges()[edge];
+      const Face& f = view.faces[face];
+      found.push_back({e[0], e[1], f[0], f[1], f[2]});
+    }
+    std::sort(found.begin(), found.end());
+    return found;
   };
   query.of_bodies = &of_bodies;
   touching_.part(topology(), detector_.edges(), query, reader_.motion());

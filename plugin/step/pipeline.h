@@ -125,7 +125,9 @@ class Pipeline {
   void find_embedded(const std::vector<std::int32_t>& placed_bodies);
   // Takes the nodes that have no way out of an obstacle.
   void update_trapped(const Untangling::Found& found);
-  // `of_bodies`: as for bullet::find_intersections().
+  // Edges that pass through faces at the start of the step. `of_bodies`: as for
+  // bullet::find_intersections(), here and below.
+  Intersections find_piercing(const std::vector<std::int32_t>* of_bodies) const;
   Untangling::Found find_intersections(const std::vector<std::int32_t>* of_bodies = nullptr) const;
   void report_intersections(const std::vector<std::int32_t>& placed_bodies);
   // Parts what touches one of these bodies.

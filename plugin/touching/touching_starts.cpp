@@ -75,29 +75,52 @@ void sort_once(std::vector<std::int32_t>& vertices) {
   vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
 }
 
-// Puts back those of the `moved` vertices that pass through something on the way from `start`, and
-// their ends to `end`. The others stay in `moved`. `reversed`: the pairs that started on the wrong
-// side, or as near to it as one rounding, so they may pass through each other; sorted.
-void put_back_crossing(const std::vector<btScalar>& start, const std::vector<btScalar>& end,
-                       const std::vector<Contact>& reversed, const TouchingQuery& query,
-                       std::vector<std::int32_t>& moved, Motion& motion) {
-  for (bool any = !moved.empty(); any;) {
-    std::vector<char> crosses(motion.size(), 0);
-    for (const Contact& contact : query.touching({start.data(), motion.size()}, motion.starts())) {
-      if (std::binary_search(reversed.begin(), reversed.end(), contact) || !query.responds(contact))
-        continue;
-      for (const std::int32_t v : contact.vertices) crosses[v] = 1;
-    }
+// The vertices that part() has moved, from where they were.
+struct Parted {
+  const std::vector<btScalar> start, end;  // of all vertices, before
+  std::vector<std::int32_t> moved;         // sorted
+  Motion& motion;
+
+  // Puts back those that are marked. Returns whether there are any.
+  bool put_back(const std::vector<char>& is_marked) {
     const auto stays =
-        std::partition(moved.begin(), moved.end(), [&](std::int32_t v) { return !crosses[v]; });
-    any = stays != moved.end();
+        std::partition(moved.begin(), moved.end(), [&](std::int32_t v) { return !is_marked[v]; });
+    const bool any = stays != moved.end();
     for (auto v = stays; v != moved.end(); ++v) {
       const std::size_t at = 3 * static_cast<std::size_t>(*v);
       std::copy_n(&start[at], 3, &motion.start[at]);
       std::copy_n(&end[at], 3, &motion.end[at]);
     }
     moved.erase(stays, moved.end());
+    return any;
   }
+};
+
+// Puts back what passes through something on its way. `reversed`: the pairs that started on the
+// wrong side, or as near to it as one rounding, so they may pass through each other; sorted.
+bool put_back_crossing(const std::vector<Contact>& reversed, const TouchingQuery& query,
+                       Parted& parted) {
+  const Motion& motion = parted.motion;
+  std::vector<char> crosses(motion.size(), 0);
+  for (const Contact& contact :
+       query.touching({parted.start.data(), motion.size()}, motion.starts())) {
+    if (std::binary_search(reversed.begin(), reversed.end(), contact) || !query.responds(contact))
+      continue;
+    for (const std::int32_t v : contact.vertices) crosses[v] = 1;
+  }
+  return parted.put_back(crosses);
+}
+
+// Puts back the vertices of edges and faces that pass through each other now and did not `before`:
+// the rest of the body is on the other side.
+bool put_back_piercing(const std::vector<std::array<std::int32_t, 5>>& before,
+                       const TouchingQuery& query, Parted& parted) {
+  std::vector<char> pierces(parted.motion.size(), 0);
+  for (const std::array<std::int32_t, 5>& pair : query.piercing()) {
+    if (std::binary_search(before.begin(), before.end(), pair)) continue;
+    for (const std::int32_t v : pair) pierces[v] = 1;
+  }
+  return parted.put_back(pierces);
 }
 
 }  // namespace
@@ -109,9 +132,9 @@ bool TouchingStarts::has_moved(std::int32_t vertex) const {
 void TouchingStarts::part(const StepTopology& topology, Span<const Edge> edges,
                           const TouchingQuery& query, Motion& motion) {
   const std::vector<Vector3d> extents = find_extents(topology, motion);
-  const std::vector<btScalar> start = motion.start, end = motion.end;
+  Parted parted = {motion.start, motion.end, {}, motion};
   std::vector<Contact> reversed;
-  std::vector<std::int32_t> moved;
+  std::vector<std::array<std::int32_t, 5>> pierced;
   std::vector<double> rounding(motion.size());
   std::vector<Vector3d> x(motion.size());
   for (std::size_t v = 0; v < x.size(); ++v) {
@@ -122,6 +145,7 @@ void TouchingStarts::part(const StepTopology& topology, Span<const Edge> edges,
     const std::vector<TouchingPair> pairs =
         find_touching_pairs(topology.topology(), edges, x, rounding, motion.soft_count(), query);
     if (pairs.empty()) break;
+    if (pass == 0) pierced = query.piercing();
     const auto bound = [&](const TouchingPair& pair, const Vector3d& normal) {
       return bound_of(pair, normal, extents, motion);
     };
@@ -142,14 +166,16 @@ void TouchingStarts::part(const StepTopology& topology, Span<const Edge> edges,
       any_moved = true;
       move_vertex(v, x[v], motion);
       x[v] = motion.start_of(v);
-      moved.push_back(v);
+      parted.moved.push_back(v);
     }
     if (!any_moved) break;
   }
-  sort_once(moved);
+  sort_once(parted.moved);
   std::sort(reversed.begin(), reversed.end());
-  put_back_crossing(start, end, reversed, query, moved, motion);
-  moved_.insert(moved_.end(), moved.begin(), moved.end());
+  while (!parted.moved.empty() &&
+         (put_back_crossing(reversed, query, parted) || put_back_piercing(pierced, query, parted))) {
+  }
+  moved_.insert(moved_.end(), parted.moved.begin(), parted.moved.end());
   sort_once(moved_);
 }
 

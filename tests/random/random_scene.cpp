@@ -590,7 +590,9 @@ class Scene {
     if (scene.substep_++ > 0) scene.inspect();
     if (scene.is_over()) throw SceneIsOver();
   }
-  bool is_over() const { return !report_.finite || report_.fastest >= explosion_speed; }
+  bool is_over() const {
+    return !report_.finite || report_.left_out || report_.fastest >= explosion_speed;
+  }
 
   void restart_checks() {
     penetration_check_.restart(soft_, obstacles_to_check());
@@ -600,6 +602,7 @@ class Scene {
   // Driven bodies are looked at after whole frames: Bullet has them at the end of the frame from
   // its first substep on, and LazyCCD moves them evenly.
   void inspect_frame() {
+    if (report_.left_out) return;
     report_.overlaps += frame_check_.step().with_driven + frame_check_.intersections().with_driven;
   }
 
@@ -607,7 +610,8 @@ class Scene {
     const auto start = std::chrono::steady_clock::now();
     double fastest = 0;
     report_.finite = report_.finite && std::isfinite(kinetic_energy(&fastest));
-    if (!report_.finite) return;
+    report_.left_out = report_.left_out || world_.has_left_out();
+    if (!report_.finite || report_.left_out) return;
     report_.fastest = std::max(report_.fastest, fastest);
     const std::int64_t before = report_.crossings;
     const PenetrationCheck::Count crossed = penetration_check_.step(),

@@ -30,6 +30,8 @@ struct SceneReport {
   /// Something has prescribed motion, so bodies may be crushed between it and others.
   bool driven = false;
   bool finite = true;
+  /// A body was left out, because it is lost. The run ends then: that body passes through anything.
+  bool left_out = false;
   double kinetic_at_start = 0;               // J
   double fastest_at_start = 0, fastest = 0;  // m/s
   double slowest_step = 0;                   // s

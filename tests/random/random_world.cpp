@@ -125,6 +125,11 @@ const bullet::StepStats& RandomWorld::step_stats() const {
 const bullet::StepStats& RandomWorld::total_stats() const {
   return is_rigid() ? soft_solver_.total_stats() : deformable_solver_.total_stats();
 }
+bool RandomWorld::has_left_out() const {
+  return !(is_rigid() ? soft_solver_.excluded_bodies() : deformable_solver_.excluded_bodies())
+              .empty();
+}
+
 std::string RandomWorld::status() const {
   return is_rigid() ? soft_solver_.status() : deformable_solver_.status();
 }

@@ -44,6 +44,8 @@ class RandomWorld {
   void teleported(const btRigidBody& body);
   const bullet::StepStats& step_stats() const;
   const bullet::StepStats& total_stats() const;
+  /// Whether the last step left a body out, because it is lost.
+  bool has_left_out() const;
   std::string status() const;
 
  private:
