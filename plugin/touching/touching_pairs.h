@@ -31,8 +31,8 @@ struct TouchingQuery {
   /// Pairs that touch in the motion of all vertices from `start` to `end`. Valid until the next
   /// call.
   std::function<Span<const Contact>(const Positions& start, const Positions& end)> touching;
-  /// Edges that pass through faces where the vertices start now: two vertices of an edge, three of a
-  /// face; sorted. Pairs that rounding cannot tell from touching do not count.
+  /// Edges that pass through faces where the vertices start now: two vertices of an edge, three of
+  /// a face; sorted. Pairs that rounding cannot tell from touching do not count.
   std::function<std::vector<std::array<std::int32_t, 5>>()> piercing;
   /// Only pairs with one of these bodies. Must be set, and outlive the query.
   const std::vector<std::int32_t>* of_bodies = nullptr;

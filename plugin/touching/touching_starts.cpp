@@ -38,10 +38,9 @@ double bound_of(const TouchingPair& pair, const Vector3d& normal,
 // Whether the edges at the soft vertices of a pair are longer than the bound of its rounding. Where
 // they are not, positions do not tell the shape of the body, and parting would tear it.
 bool is_resolved(const TouchingPair& pair, double bound, const Motion& motion) {
-  return std::all_of(pair.contact.vertices.begin(), pair.contact.vertices.end(),
-                     [&](std::int32_t v) {
-                       return !motion.is_soft(v) || motion.shortest_edge[v] > bound;
-                     });
+  return std::all_of(
+      pair.contact.vertices.begin(), pair.contact.vertices.end(),
+      [&](std::int32_t v) { return !motion.is_soft(v) || motion.shortest_edge[v] > bound; });
 }
 
 // Moves the free vertices of a pair along `normal` by what its gap lacks to `distance`.
@@ -172,8 +171,8 @@ void TouchingStarts::part(const StepTopology& topology, Span<const Edge> edges,
   }
   sort_once(parted.moved);
   std::sort(reversed.begin(), reversed.end());
-  while (!parted.moved.empty() &&
-         (put_back_crossing(reversed, query, parted) || put_back_piercing(pierced, query, parted))) {
+  while (!parted.moved.empty() && (put_back_crossing(reversed, query, parted) ||
+                                   put_back_piercing(pierced, query, parted))) {
   }
   moved_.insert(moved_.end(), parted.moved.begin(), parted.moved.end());
   sort_once(moved_);

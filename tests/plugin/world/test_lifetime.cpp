@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -39,8 +40,14 @@ TEST_CASE("worlds that step at the same time behave as each does alone") {
                                       World::deformable};
   std::array<std::vector<btScalar>, 4> ends;
   std::vector<std::thread> threads;
-  for (std::size_t i = 0; i < kinds.size(); ++i)
-    threads.emplace_back([&, i] { ends[i] = drop(kinds[i]); });
+  for (std::size_t i = 0; i < kinds.size(); ++i) {
+    try {
+      threads.emplace_back([&, i] { ends[i] = drop(kinds[i]); });
+    } catch (const std::system_error&) {
+      WARN("skipped: there are no threads");
+      return;
+    }
+  }
   for (std::thread& thread : threads) thread.join();
   for (std::size_t i = 0; i < kinds.size(); ++i) CHECK(ends[i] == drop(kinds[i]));
 }

@@ -38,6 +38,21 @@ TEST_CASE("a random scene starts clean also beyond the triangles of a plane") {
   CHECK(run_random_scene(120108, World::rigid).stats.initial_intersections == 0);
 }
 
+TEST_CASE("what is within rounding, far from the origin, is not moved through anything") {
+  struct Scene {
+    World world;
+    std::uint32_t number;
+  };
+  const Scene scene = GENERATE(Scene{World::rigid, 1400230}, Scene{World::rigid, 1400809},
+                               Scene{World::rigid, 1401566}, Scene{World::rigid, 1401677},
+                               Scene{World::deformable, 1500712});
+  CAPTURE(scene.number);
+  const SceneReport report = run_random_scene(scene.number, scene.world);
+  CHECK(report.finite);
+  CHECK(report.crossings == 0);
+  CHECK(report.intersections == 0);
+}
+
 TEST_CASE("flat cloth in any pose is not reported to intersect itself") {
   const World world = GENERATE(World::rigid, World::deformable);
   ObstacleWorld w(world, 0);
