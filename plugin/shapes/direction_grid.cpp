@@ -39,7 +39,9 @@ DirectionGrid::DirectionGrid(const std::vector<btVector3>& vectors, double min_c
       for (const btScalar corner_v : {v, v + width})
         nearest_corner = btMin(nearest_corner, centre.dot(on_cube(face, corner_u, corner_v)));
     const double radius = std::acos(static_cast<double>(nearest_corner));
-    const auto least = static_cast<btScalar>(std::cos(std::min(pi, max_angle + radius)));
+    const double angle = max_angle + radius;
+    // Below the cosine of any direction, however it is rounded, if all are near.
+    const auto least = angle < pi ? static_cast<btScalar>(std::cos(angle)) : btScalar(-2);
     for (std::size_t i = 0; i < vectors.size(); ++i) {
       if (vectors[i].dot(centre) >= least) indices_.push_back(static_cast<std::int32_t>(i));
     }
