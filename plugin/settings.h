@@ -470,7 +470,7 @@ inline constexpr double elastic_factor = 2;
 namespace touching {
 
 /// Of the bound of rounding: a pair with a gap of at least this is parted. Pairs are parted to the
-/// whole bound, and rounding takes up to a sixteenth of it back.
+/// whole bound, and rounding takes up to a quarter of it back.
 inline constexpr double parted_fraction = 0.5;
 /// Passes over the pairs. Each moves a vertex out of all that it touches. What lies between two
 /// bodies without room would move to and fro forever; it keeps touching.

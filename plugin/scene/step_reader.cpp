@@ -245,7 +245,9 @@ bool StepReader::pinned_nodes_jumped(const SoftScene::BodyRecord& record,
 }
 
 double StepReader::needed_thickness(btScalar farthest) const {
-  return rounding_of(static_cast<double>(farthest)) +
+  // Times the rounding of a place: the response computes with places, again and again in a step.
+  constexpr int computed = 4;
+  return computed * rounding_of(static_cast<double>(farthest)) +
          settings::detection::resolved_speed * motion_.dt;
 }
 
