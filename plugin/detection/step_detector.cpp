@@ -52,6 +52,8 @@ void StepDetector::set_topology(const Renumbering& numbers,
     simple_contacts_.clear();
     others_may_meet_ = true;
     primitives_ = {};
+    filters_.clear();
+    disabled_pairs_.clear();
     touching_detector();
     return;
   }
@@ -103,14 +105,20 @@ void StepDetector::mark_other_rules(const Renumbering& numbers,
                                     const std::vector<Body>& last_filters,
                                     const std::vector<BodyPair>& last_disabled,
                                     std::vector<char>& is_changed) const {
-  std::vector<BodyPair> disabled;  // before, by new index
+  // The new number of a body, or -1 if it is gone. A step that failed may have taken new numbers
+  // and left the rules as they were.
+  const auto number_of = [&](std::size_t old) {
+    const std::int32_t body = old < numbers.bodies.size() ? numbers.bodies[old] : -1;
+    return static_cast<std::size_t>(body) < is_changed.size() ? body : -1;
+  };
+  std::vector<BodyPair> disabled;  // before, by new number
   for (const auto [a, b] : last_disabled)
     disabled.push_back(
-        {numbers.bodies[static_cast<std::size_t>(a)], numbers.bodies[static_cast<std::size_t>(b)]});
+        {number_of(static_cast<std::size_t>(a)), number_of(static_cast<std::size_t>(b))});
   std::vector<char> is_old(is_changed.size(), 0);
-  for (std::size_t old = 0; old < std::min(last_filters.size(), numbers.bodies.size()); ++old) {
-    const std::int32_t body = numbers.bodies[old];
-    if (body < 0 || static_cast<std::size_t>(body) >= filters_.size()) continue;
+  for (std::size_t old = 0; old < last_filters.size(); ++old) {
+    const std::int32_t body = number_of(old);
+    if (body < 0) continue;
     is_old[static_cast<std::size_t>(body)] = 1;
     if (!are_equal_filters(last_filters[old], filters_[static_cast<std::size_t>(body)]))
       is_changed[static_cast<std::size_t>(body)] = 1;
