@@ -1,7 +1,7 @@
 """Compares two outputs of lazyccd_frame_hashes. Frames whose positions are the same must have the same contacts."""
 import sys
 
-native, wasm = ([line.split() for line in open(path)] for path in sys.argv[1:3])
+native, wasm = (sorted(line.split() for line in open(path)) for path in sys.argv[1:3])
 assert native and [line[0] for line in native] == [line[0] for line in wasm], "other frames"
 same = [(a, b) for a, b in zip(native, wasm) if a[1] == b[1]]
 wrong = [a[0] for a, b in same if a != b]
