@@ -245,9 +245,8 @@ bool StepReader::pinned_nodes_jumped(const SoftScene::BodyRecord& record,
 }
 
 double StepReader::needed_thickness(btScalar farthest) const {
-  // Times the rounding of a place: the response computes with places, again and again in a step.
-  constexpr int computed = 4;
-  return computed * rounding_of(static_cast<double>(farthest)) +
+  constexpr int vertices = 4;  // of a contact, whose gap is a weighted sum of their places
+  return vertices * rounding_of(static_cast<double>(farthest)) +
          settings::detection::resolved_speed * motion_.dt;
 }
 

@@ -38,7 +38,7 @@ compare_hashes() {
   python3 "$here/compare_hashes.py" "$out/hashes_native.txt" "$out/hashes_wasm.txt"
 }
 test_package() {
-  PACKAGE=$wasm/plugin/javascript/package node --test "$here" >"$out/package.txt" || { cat "$out/package.txt"; return 1; }
+  PACKAGE=$wasm/plugin/javascript/package node --test "$here"/test_*.mjs >"$out/package.txt" || { cat "$out/package.txt"; return 1; }
   grep -E '^# (pass|fail|skipped)' "$out/package.txt"
   tsc --noEmit --strict --target es2022 --module es2022 --moduleResolution node "$here/types.ts"
 }

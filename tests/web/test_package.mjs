@@ -1,6 +1,6 @@
 // Tests of the JavaScript package under node:
 //
-//   PACKAGE=build/wasm/plugin/javascript/package node --test tests/web
+//   PACKAGE=build/wasm/plugin/javascript/package node --test tests/web/test_package.mjs
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import path from "node:path";

@@ -8,6 +8,7 @@
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleMesh.h>
 
+#include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <string>
@@ -92,6 +93,9 @@ EXPORT(last_error) const char* last_error() { return error.c_str(); }
 EXPORT(clear_options) void clear_options() {
   options = {};
   options.detector.threads = 1;
+  options.on_message = [](const std::string& line) {
+    std::fprintf(stderr, "LazyCCD: %s\n", line.c_str());
+  };
 }
 EXPORT(set_option) int set_option(const char* name, const char* value) {
   return succeeds([&] { text::set_option(options, name, value); });

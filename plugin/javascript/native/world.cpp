@@ -89,6 +89,11 @@ struct World::Body {
   std::vector<float> positions, velocities, pose;  // what was read last
 };
 
+void ContactArrays::clear() {
+  for (std::vector<std::int32_t>* const list : {&bodies, &nodes, &kinds}) list->clear();
+  for (std::vector<float>* const list : {&points, &normals, &impulses, &times}) list->clear();
+}
+
 World::World(Kind kind, Collisions collisions, const btVector3& gravity,
              const bullet::SolverOptions& options)
     : kind_(kind), dispatcher_(&configuration_), solver_(std::make_unique<Solver>()) {
@@ -325,7 +330,7 @@ void World::remove(int body) {
     solver_->deformable->removeSoftBody(b.soft.get());
   }
   bodies_[body].reset();
-  contacts_ = {};
+  contacts_.clear();
 }
 
 void World::step(double seconds) {
@@ -395,7 +400,7 @@ const std::vector<float>& World::pose(int body) {
 
 const ContactArrays& World::contacts() {
   ContactArrays& c = contacts_;
-  c = {};
+  c.clear();
   for (const bullet::StepContact& contact : solver_->contacts()) {
     const btCollisionObject* const objects[] = {contact.body_a, contact.body_b};
     const int first_of_b = first_vertex_of_b(contact.kind);

@@ -49,6 +49,8 @@ struct ContactArrays {
   std::vector<std::int32_t> kinds;     ///< ContactKind
   std::vector<float> points, normals;  ///< x, y, z each
   std::vector<float> impulses, times;  ///< N s; 0 to 1 of the step
+
+  void clear();  ///< keeps the memory
 };
 
 /// A world. Bodies have numbers from 0 on, which are never used again.
