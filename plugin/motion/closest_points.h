@@ -64,10 +64,30 @@ struct TrianglePlane {
   }
 };
 
+/// Barycentric coordinates of the point on the edges of a triangle that is closest to x, by corner.
+inline std::array<double, 3> closest_on_triangle_edges(const Vector3d& x, const Vector3d& a,
+                                                       const Vector3d& b, const Vector3d& c) {
+  const std::array<Vector3d, 3> corners = {a, b, c};
+  std::array<double, 3> closest = {1, 0, 0};
+  double least = (x - a).squaredNorm();
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t k = (i + 1) % 3;
+    const double place = place_on_segment(x, corners[i], corners[k]);
+    const double squared = (x - (1 - place) * corners[i] - place * corners[k]).squaredNorm();
+    if (squared >= least) continue;
+    least = squared;
+    closest = {0, 0, 0};
+    closest[i] = 1 - place;
+    closest[k] = place;
+  }
+  return closest;
+}
+
 /// Barycentric coordinates of the point of a triangle that is closest to x, by corner. Ericson
-/// 2005, "Real-Time Collision Detection", section 5.1.5.
+/// 2005, "Real-Time Collision Detection", section 5.1.5. A triangle may have no area.
 inline std::array<double, 3> closest_on_triangle(const Vector3d& x, const Vector3d& a,
                                                  const Vector3d& b, const Vector3d& c) {
+  if (!TrianglePlane(a, b, c).exists()) return closest_on_triangle_edges(x, a, b, c);
   const Vector3d ab = b - a, ac = c - a, ap = x - a, bp = x - b, cp = x - c;
   const double d1 = ab.dot(ap), d2 = ac.dot(ap);
   if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
