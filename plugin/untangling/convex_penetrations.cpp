@@ -23,6 +23,7 @@ struct Point {
   std::vector<std::int32_t> of;  // vertices of the primitive: one, an edge or a face
   double u, v;                   // place on it, as in Contact
   Vector3d x;
+  std::int32_t face = -1;  // the primitive, if it is a face
 };
 
 // The part of an edge inside of a convex body, as two parameters; none if it is not inside.
@@ -258,12 +259,13 @@ void find_in_convex(const StepTopology& topology, const Motion& motion,
     }
     found.add_passing(edge);
   }
-  for (const Face& face : candidates.pierced) {
+  const Topology view = topology.topology();
+  for (const std::int32_t f : candidates.pierced) {
+    const Face& face = view.faces[f];
     for (const auto& [u, v] : clip(face, sides, motion))
-      points.push_back({{face[0], face[1], face[2]}, u, v, point_of(face, u, v, motion)});
+      points.push_back({{face[0], face[1], face[2]}, u, v, point_of(face, u, v, motion), f});
     found.add_passing(face);
   }
-  const Topology view = topology.topology();
   Clusters clusters = find_clusters(topology, points, inside);
   std::map<std::int32_t, Group> groups;
   for (const Point& point : points) groups[clusters.cluster_of(point.of[0])].push_back(point);
@@ -281,7 +283,7 @@ void find_in_convex(const StepTopology& topology, const Motion& motion,
       } else if (point.of.size() == 2) {
         found.add(Edge{point.of[0], point.of[1]}, point.u, *best);
       } else {
-        found.add(Face{point.of[0], point.of[1], point.of[2]}, point.u, point.v, *best);
+        found.add(point.face, point.u, point.v, *best);
       }
     }
   }

@@ -21,8 +21,8 @@ struct Blocking {
 struct Candidates {
   /// Soft vertices that collide with the obstacle and can be moved out.
   Span<const std::int32_t> vertices;
-  std::vector<Edge> edges;    ///< soft edges that pass through faces of the part; sorted vertices
-  std::vector<Face> pierced;  ///< soft faces through which edges of the part pass
+  std::vector<Edge> edges;  ///< soft edges that pass through faces of the part; sorted vertices
+  std::vector<std::int32_t> pierced;  ///< soft faces through which edges of the part pass
   Blocking blocking;
 };
 

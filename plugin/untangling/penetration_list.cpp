@@ -61,12 +61,13 @@ void PenetrationList::add(const Edge& edge, double at, const Side& side) {
   found_.contacts.push_back(contact);
 }
 
-void PenetrationList::add(const Face& face, double u, double v, const Side& side) {
-  Contact contact = contact_with(side, face[0], ContactKind::vertex_face);
+void PenetrationList::add(std::int32_t face, double u, double v, const Side& side) {
+  const Face& f = topology_.faces[face];
+  Contact contact = contact_with(side, f[0], ContactKind::vertex_face);
   std::swap(contact.body_a, contact.body_b);
   contact.primitive_a = topology_.faces[side.face][0];
-  contact.primitive_b = face[0];
-  contact.vertices = {topology_.faces[side.face][0], face[0], face[1], face[2]};
+  contact.primitive_b = face;
+  contact.vertices = {topology_.faces[side.face][0], f[0], f[1], f[2]};
   for (float& x : contact.normal) x = -x;
   contact.u = static_cast<float>(u);
   contact.v = static_cast<float>(v);

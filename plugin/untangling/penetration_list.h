@@ -29,7 +29,7 @@ class PenetrationList {
   void add(const Edge& edge, double at, const Side& side);
   /// The point of a soft face at barycentric coordinates u and v of its second and third corner.
   /// Here the obstacle's side is the vertex.
-  void add(const Face& face, double u, double v, const Side& side);
+  void add(std::int32_t face, double u, double v, const Side& side);
   /// A soft edge that passes through the surface; sorted vertices.
   void add_passing(const Edge& edge) { found_.edges.push_back({edge[0], edge[1], obstacle_}); }
   /// A soft face that passes through the surface.

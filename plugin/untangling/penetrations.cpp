@@ -106,7 +106,7 @@ class Finder {
       if (view_.body_of_vertex[face[0]] == obstacle_)
         found[parts.key_of(face[0])].edges.push_back(sorted(edge));
       if (view_.body_of_vertex[edge[0]] == obstacle_)
-        found[parts.key_of(edge[0])].pierced.push_back(face);
+        found[parts.key_of(edge[0])].pierced.push_back(pair.face);
     }
     for (auto& entry : found) {
       std::vector<Edge>& list = entry.second.edges;

@@ -44,7 +44,11 @@ TEST_CASE("a direction grid lists every vector within its cosine") {
       const btScalar length = direction.length();
       for (std::int32_t i = 0; i < static_cast<std::int32_t>(vectors.size()); ++i) {
         if (static_cast<double>(vectors[i].dot(direction) / length) < min_cosine) continue;
-        if (!std::binary_search(near.begin(), near.end(), i)) FAIL("a vector is missing");
+        if (std::binary_search(near.begin(), near.end(), i)) continue;
+        CAPTURE(min_cosine, i, direction.x(), direction.y(), direction.z(),
+                vectors[i].dot(direction));
+        CAPTURE(vectors[i].x(), vectors[i].y(), vectors[i].z());
+        FAIL("a vector is missing");
       }
     }
   }
