@@ -28,7 +28,22 @@ struct NodeSums {
   }
 };
 
-void damp_deformation(std::size_t body, double rate, double rest_speed, Motion& motion) {
+// Whether friction is all that Coulomb's cone allows, so that the contact slides.
+bool slides(const ContactRow& row) {
+  constexpr double rounding = 1e-3;  // of sums in single precision over many sweeps
+  const double limit = row.friction * row.normal_impulse;
+  return limit > 0 && row.sliding_fraction == 0 &&
+         row.tangent_impulse.norm() >= (1 - rounding) * limit;
+}
+
+// What the contacts of a body carry, kg m.
+struct Load {
+  double all = 0, sliding = 0;
+};
+
+// `sticking`: part of the load whose contacts do not slide.
+void damp_deformation(std::size_t body, double sticking, double rate, double rest_speed,
+                      Motion& motion) {
   const std::int32_t first = motion.first_vertex[body], last = motion.first_vertex[body + 1];
   const Vector3d origin = motion.end_of(first), origin_velocity = motion.velocity[first];
   const auto velocity = [&](std::int32_t v) -> Vector3d {
@@ -52,7 +67,8 @@ void damp_deformation(std::size_t body, double rate, double rest_speed, Motion& 
   const double deformation_square_sum =
       std::max(0.0, square_sum - angular_velocity.dot(angular_momentum));
   if (deformation_square_sum >= limit) return;
-  const double fraction = (1 - std::exp(-rate * motion.dt)) * (1 - deformation_square_sum / limit);
+  const double fraction =
+      sticking * (1 - std::exp(-rate * motion.dt)) * (1 - deformation_square_sum / limit);
   for (std::int32_t v = first; v < last; ++v) {
     if (motion.inverse_mass[v] == 0) continue;
     const Vector3d arm = motion.end_of(v) - origin - centre;
@@ -65,16 +81,20 @@ void damp_deformation(std::size_t body, double rate, double rest_speed, Motion& 
 
 void damp_deformation(const std::vector<const ContactRow*>& rows, double rate, double rest_speed,
                       const Threads& threads, Motion& motion) {
-  std::vector<char> loaded(motion.rigid_of_body.size(), 0);
+  std::vector<Load> loads(motion.rigid_of_body.size());
   for (const ContactRow* const row : rows) {
-    if (row->normal_impulse > 0) loaded[row->contact.body_a] = loaded[row->contact.body_b] = 1;
+    for (const std::int32_t body : {row->contact.body_a, row->contact.body_b}) {
+      loads[body].all += row->normal_impulse;
+      if (slides(*row)) loads[body].sliding += row->normal_impulse;
+    }
   }
   constexpr std::size_t min_vertices = 4096;  // of a range of bodies
-  const std::size_t grain = 1 + min_vertices * loaded.size() / (1 + motion.velocity.size());
-  threads.parallel_for(loaded.size(), grain, [&](std::size_t first, std::size_t last) {
+  const std::size_t grain = 1 + min_vertices * loads.size() / (1 + motion.velocity.size());
+  threads.parallel_for(loads.size(), grain, [&](std::size_t first, std::size_t last) {
     for (std::size_t body = first; body < last; ++body) {
-      if (loaded[body] && motion.rigid_of_body[body] < 0)
-        damp_deformation(body, rate, rest_speed, motion);
+      const Load& load = loads[body];
+      if (load.all > load.sliding && motion.rigid_of_body[body] < 0)
+        damp_deformation(body, 1 - load.sliding / load.all, rate, rest_speed, motion);
     }
   });
 }
