@@ -90,18 +90,20 @@ TEST_CASE("damping to rest does not change the motion of the whole body") {
   CHECK_THAT(static_cast<double>(momentum(*cloths[0]).x()), Matchers::WithinAbs(0.02, 0.001));
 }
 
-TEST_CASE("slow deformation in contact decays at the chosen rate") {
+TEST_CASE("slow deformation in contact decays at the chosen rate, but not where contacts slide") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   // Root mean square speed along x, m/s, one step after neighbouring nodes got +0.01 and -0.01 m/s.
-  const auto left_of = [world](double rest_damping) {
+  const auto left_of = [world](double rest_damping, bool friction) {
     bullet::SolverOptions options;
-    options.friction = false;
+    options.friction = friction;
+    options.coulomb_friction = true;
     options.rest_damping = rest_damping;
     ObstacleWorld w(world, 10, options);
     add_floor(w);
     btSoftBody& cloth = *add_stack(w, 1)[0];
     w.steps(100, 1.0 / 120);
+    cloth.m_cfg.kDF = btScalar(1e-3);  // holds 1e-4 m/s in a step
     cloth.m_cfg.kDP = 0;
     cloth.m_cfg.piterations = 0;  // links would damp it
     const int nodes = cloth.m_nodes.size();
@@ -113,10 +115,12 @@ TEST_CASE("slow deformation in contact decays at the chosen rate") {
       squares += std::pow(static_cast<double>(cloth.m_nodes[i].m_v.x()), 2);
     return std::sqrt(squares / nodes);
   };
-  const double without = left_of(0), usual = left_of(20), strong = left_of(100);
-  INFO(without << ", " << usual << ", " << strong);
+  const double without = left_of(0, false), usual = left_of(20, false),
+               strong = left_of(100, false), sliding = left_of(100, true);
+  INFO(without << ", " << usual << ", " << strong << ", " << sliding);
   CHECK_THAT(usual / without, Matchers::WithinAbs(std::exp(-20.0 / 120), 0.05));
   CHECK_THAT(strong / without, Matchers::WithinAbs(std::exp(-100.0 / 120), 0.05));
+  CHECK_THAT(sliding / without, Matchers::WithinAbs(1, 0.05));
 }
 
 TEST_CASE("cloth whose margin is larger than its edges keeps a gap and rests still") {

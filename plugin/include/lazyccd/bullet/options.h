@@ -79,8 +79,9 @@ struct SolverOptions {
 
   /// Soft bodies that carry load in contact lose velocity of deformation if its root mean square is
   /// below `rest_speed`, m/s, >= 0. The slower they deform, the stronger the damping. This
-  /// brings them to rest. Rigid motion of the body is not damped. The default is Bullet's sleeping
-  /// threshold. 0: no damping; bodies tremble for longer.
+  /// brings them to rest. Rigid motion of the body is not damped, and load that slides under
+  /// Coulomb's friction does not count. The default is Bullet's sleeping threshold. 0: no damping;
+  /// bodies tremble for longer.
   double rest_speed = 0.04;
   double rest_damping = 20;  ///< highest rate of that damping, 1/s, >= 0; 0: no damping
 
