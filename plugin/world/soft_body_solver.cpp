@@ -193,6 +193,10 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   links.iterations = [this](std::int32_t body) {
     return pipeline_->scene().bodies()[body].body->m_cfg.piterations;
   };
+  links.weight = [this](std::int32_t body) {
+    btSoftBody& soft = *pipeline_->scene().bodies()[body].body;
+    return static_cast<double>(soft.getTotalMass() * soft.getWorldInfo()->m_gravity.length());
+  };
   links.solve = [this](const std::vector<std::int32_t>& bodies, double least, Motion& motion) {
     return solve_links(bodies, least, motion);
   };

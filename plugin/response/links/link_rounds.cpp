@@ -45,9 +45,11 @@ void LinkRounds::find_loads(const std::vector<const ContactRow*>& rows, const Mo
   }
 }
 
-bool LinkRounds::is_hit(std::int32_t body, double approach, const Motion& motion) const {
-  return loads_[body].force > settings::links::min_load_growth * last_load(body).force &&
-         approach >= settings::links::min_impact_speed * motion.dt;
+bool LinkRounds::is_hit(std::int32_t body, double approach, const LinkSolver& links,
+                        const Motion& motion) const {
+  const double force = loads_[body].force, growth = settings::links::min_load_growth;
+  return approach >= settings::links::min_impact_speed * motion.dt &&
+         force > growth * last_load(body).force && force > growth * links.weight(body);
 }
 
 double LinkRounds::weighed_until(std::int32_t body, const NodePushes& pushes) const {
@@ -88,7 +90,7 @@ void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& co
       } else if (pushes.by_weights[body] == 0 || pushes.weights_press[body]) {
         loaded.bodies.push_back({body, rounds});
       }  // else jaws grip it: links that they leave no room would throw its nodes
-    } else if (after_impact && is_hit(body, constraints.approach_of(body), motion)) {
+    } else if (after_impact && is_hit(body, constraints.approach_of(body), links, motion)) {
       loaded.bodies.push_back(
           {body, std::max(settings::links::min_rounds_after_impact, links.iterations(body))});
     } else if (again == Again::under_weight && is_weighed) {

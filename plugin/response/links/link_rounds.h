@@ -49,6 +49,8 @@ struct LinkSolver {
   std::function<Span<const Link>(std::int32_t body)> links;
   /// Position iterations of a body.
   std::function<int(std::int32_t body)> iterations;
+  /// What gravity pulls a body by, N.
+  std::function<double(std::int32_t body)> weight;
   /// Moves Motion::solved of these soft bodies (indices of bodies) by one more position iteration
   /// of their links, and adds that to Motion::link_displacement. Returns false, and moves nothing,
   /// if no node would move by `least`, metres.
@@ -101,7 +103,8 @@ class LinkRounds {
   /// Sums up the normal forces on each body.
   void find_loads(const std::vector<const ContactRow*>& rows, const Motion& motion);
   /// Whether a body that contacts approach that fast has an impact. `approach`: metres.
-  bool is_hit(std::int32_t body, double approach, const Motion& motion) const;
+  bool is_hit(std::int32_t body, double approach, const LinkSolver& links,
+              const Motion& motion) const;
   /// Load::weighed_until of a body that contacts push that far.
   double weighed_until(std::int32_t body, const NodePushes& pushes) const;
   /// Solves the links of these bodies and the contacts of their islands in turn.
