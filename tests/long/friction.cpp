@@ -117,36 +117,16 @@ double feed(Collisions collisions, double dt, double rate) {
 // A rope round a pole, without gravity. A force holds one end, `ratio` times that force pulls at
 // the other. Returns how far the held end moves in the last 2 s of 6, metres.
 double slip(Collisions collisions, double dt, double coefficient, double turns, double ratio) {
-  constexpr double radius = 0.1, tail = 0.3, pitch = 0.05, hold = 0.005;
+  constexpr double radius = 0.1, around = radius + 0.0105, hold = 0.005;  // m, N
   constexpr int nodes = 120;
   const auto world = make_world(collisions, dt, 0, true);
-  const double around = radius + 0.0105, angle = 2 * pi * turns, arc = angle * around,
-               length = arc + 2 * tail;
   world->add_static(std::make_unique<btCylinderShapeZ>(vector(radius, radius, 1)), at(0, 0, 0));
   world->rigid_bodies().back().body->setFriction(1);
-  std::unique_ptr<btSoftBody> made =
-      make_rope(world->info(), nodes, 0.1, vector(0, 0, 0), vector(length, 0, 0));
-  // Both ends lie along tangents.
-  const btVector3 out = vector(std::cos(angle), std::sin(angle), 0), along(-out.y(), out.x(), 0);
-  for (int i = 0; i < nodes; ++i) {
-    const double place = length * i / (nodes - 1), a = (place - tail) / around;
-    btSoftBody::Node& node = made->m_nodes[i];
-    if (place < tail) {
-      node.m_x = vector(around, place - tail, 0);
-    } else if (place < tail + arc) {
-      node.m_x = vector(around * std::cos(a), around * std::sin(a), pitch * a / (2 * pi));
-    } else {
-      node.m_x = btScalar(around) * out + btScalar(place - tail - arc) * along +
-                 vector(0, 0, pitch * turns);
-    }
-    node.m_q = node.m_x;
-  }
-  for (int i = 0; i < made->m_links.size(); ++i) {
-    btSoftBody::Link& link = made->m_links[i];
-    link.m_rl = (link.m_n[0]->m_x - link.m_n[1]->m_x).length();
-    link.m_c1 = link.m_rl * link.m_rl;
-  }
-  btSoftBody& rope = add(*world, std::move(made), 20, coefficient);
+  btSoftBody& rope =
+      add(*world, make_wound_rope(world->info(), nodes, 0.1, around, turns, 0.05, 0.3), 20,
+          coefficient);
+  const btVector3 along =
+      vector(-std::sin(2 * pi * turns), std::cos(2 * pi * turns), 0);  // at the held end
   world->drive([&](double time) {
     const double load = hold * (1 + std::min(1.0, time) * (ratio - 1));
     rope.addForce(vector(0, -load, 0), 0);

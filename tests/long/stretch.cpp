@@ -89,32 +89,12 @@ void carry(PhysicsWorld& world, const Variant& variant) {
 
 // Three turns of a rope round a pole, with a weight at one end and a pinned node at the other.
 void hold_by_pole(PhysicsWorld& world, const Variant& variant) {
-  constexpr double radius = 0.1, turns = 3, tail = 0.5, pitch = 0.05, pi = 3.14159265358979;
-  const double around = radius + 0.015, arc = 2 * pi * turns * around, length = arc + 2 * tail;
+  constexpr double radius = 0.1, around = radius + 0.015, tail = 0.5;
   auto shape = std::make_unique<btCylinderShapeZ>(vector(radius, radius, 1));
   world.add_static(std::move(shape), at(0, 0, 0));
   world.rigid_bodies().back().body->setFriction(btScalar(0.5));
-  std::unique_ptr<btSoftBody> rope =
-      make_rope(world.info(), variant.nodes, 0.1, vector(0, 0, 0), vector(length, 0, 0));
-  for (int i = 0; i < variant.nodes; ++i) {
-    const double along = length * i / (variant.nodes - 1), angle = (along - tail) / around;
-    btSoftBody::Node& node = rope->m_nodes[i];
-    if (along < tail) {
-      node.m_x = vector(around, along - tail, 0);
-    } else if (along < tail + arc) {
-      node.m_x =
-          vector(around * std::cos(angle), around * std::sin(angle), pitch * angle / (2 * pi));
-    } else {
-      node.m_x = vector(around, along - tail - arc, pitch * turns);
-    }
-    node.m_q = node.m_x;
-  }
-  for (int i = 0; i < rope->m_links.size(); ++i) {
-    btSoftBody::Link& link = rope->m_links[i];
-    link.m_rl = (link.m_n[0]->m_x - link.m_n[1]->m_x).length();
-    link.m_c1 = link.m_rl * link.m_rl;
-  }
-  btSoftBody& added = add(world, std::move(rope), 10);
+  btSoftBody& added =
+      add(world, make_wound_rope(world.info(), variant.nodes, 0.1, around, 3, 0.05, tail), 10);
   added.setMass(variant.nodes - 1, 0);
   btRigidBody& weight =
       world.add_dynamic(make_box(0.1, 0.1, 0.1), at(around, -tail - 0.05, 0), 0.1 * variant.amount);

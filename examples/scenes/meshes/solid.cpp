@@ -116,4 +116,25 @@ std::unique_ptr<btSoftBody> make_rope(btSoftBodyWorldInfo& info, int nodes, doub
   return rope;
 }
 
+std::unique_ptr<btSoftBody> make_wound_rope(btSoftBodyWorldInfo& info, int nodes, double mass,
+                                            double radius, double turns, double pitch, double end) {
+  const double angle = 2 * 3.14159265358979 * turns, arc = angle * radius, length = arc + 2 * end;
+  std::unique_ptr<btSoftBody> rope =
+      make_rope(info, nodes, mass, vector(0, 0, 0), vector(length, 0, 0));
+  for (int i = 0; i < nodes; ++i) {
+    const double along = length * i / (nodes - 1) - end;
+    const double a = std::clamp(along / radius, 0.0, angle), beyond = along - a * radius;
+    btSoftBody::Node& node = rope->m_nodes[i];
+    node.m_x = vector(radius * std::cos(a) - beyond * std::sin(a),
+                      radius * std::sin(a) + beyond * std::cos(a), pitch * turns * a / angle);
+    node.m_q = node.m_x;
+  }
+  for (int i = 0; i < rope->m_links.size(); ++i) {
+    btSoftBody::Link& link = rope->m_links[i];
+    link.m_rl = (link.m_n[0]->m_x - link.m_n[1]->m_x).length();
+    link.m_c1 = link.m_rl * link.m_rl;
+  }
+  return rope;
+}
+
 }  // namespace lazyccd::scenes

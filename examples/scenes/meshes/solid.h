@@ -31,4 +31,9 @@ std::unique_ptr<btSoftBody> make_ball(btSoftBodyWorldInfo& info, int cells, doub
 std::unique_ptr<btSoftBody> make_rope(btSoftBodyWorldInfo& info, int nodes, double mass,
                                       const btVector3& from, const btVector3& to);
 
+/// Makes a rope that is wound round the z axis, with straight ends of the length `end` along the
+/// tangents. It begins below the point (radius, 0, 0) and rises by `pitch` a turn; metres.
+std::unique_ptr<btSoftBody> make_wound_rope(btSoftBodyWorldInfo& info, int nodes, double mass,
+                                            double radius, double turns, double pitch, double end);
+
 }  // namespace lazyccd::scenes
