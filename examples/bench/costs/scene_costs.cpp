@@ -46,6 +46,7 @@ struct CostScene {
   // Steps that are not timed: they build persistent data, and sleepers are left out after some.
   int warm_up_steps = 1;
   bool only_by_name = false;  // takes so long that it runs only if --only names it
+  bool untuned = false;       // margins are Bullet's defaults
 };
 
 using MakeShape = std::function<std::unique_ptr<btCollisionShape>()>;
@@ -75,18 +76,23 @@ MakeShape shape(Sizes... sizes) {
   return [=] { return std::make_unique<Shape>(static_cast<btScalar>(sizes)...); };
 }
 
+// A convex hull of points on a ball.
+std::unique_ptr<btCollisionShape> make_hull(std::mt19937& random, int points, double radius) {
+  auto hull = std::make_unique<btConvexHullShape>();
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < points; ++i) {
+    const btVector3 p = vector(normal(random), normal(random), normal(random));
+    hull->addPoint(p.normalized() * static_cast<btScalar>(radius), false);
+  }
+  hull->recalcLocalAabb();
+  return hull;
+}
+
 // Returns the shapes. Each is about 0.6 m wide and high and centred in the origin.
 std::vector<std::pair<std::string, MakeShape>> shapes() {
   const MakeShape hull = [] {
-    auto points = std::make_unique<btConvexHullShape>();
     std::mt19937 random(3);
-    std::normal_distribution<double> normal;
-    for (int i = 0; i < 24; ++i) {
-      const btVector3 p = vector(normal(random), normal(random), normal(random));
-      points->addPoint(p.normalized() * btScalar(0.3), false);
-    }
-    points->recalcLocalAabb();
-    return points;
+    return make_hull(random, 24, 0.3);
   };
   // A body, a head and two arms.
   const auto character_with = [](const MakeShape& body) {
@@ -220,6 +226,62 @@ CostScene coincident_sheets(int nodes, double gap) {
           build, 1.0 / 60, 0};
 }
 
+void drop_hulls_on_pinned_cloth(PhysicsWorld& world) {
+  constexpr int nodes = 21;
+  btSoftBody* const cloth = add_cloth(world, nodes, 2, vector(0, 0, 0));
+  for (const int corner : {0, nodes - 1, nodes * (nodes - 1), nodes * nodes - 1})
+    cloth->setMass(corner, 0);
+  std::mt19937 random(4);
+  for (int i = 0; i < 5; ++i)
+    world.add_dynamic(make_hull(random, 12, 0.15), at(0.3 * (i - 2), 0.6 + 0.2 * i, 0), 0.1);
+}
+
+void drop_ball_into_ropes(PhysicsWorld& world) {
+  for (int i = 0; i < 49; ++i) {
+    const double x = 0.2 * (i % 7 - 3), z = 0.2 * (i / 7 - 3);
+    auto rope = make_rope(world.info(), 8, 0.1, vector(x, 0, z), vector(x, 0.7, z));
+    rope->setMass(0, 0);
+    world.add(std::move(rope));
+  }
+  world.add_dynamic(std::make_unique<btSphereShape>(btScalar(0.3)), at(0, 1.2, 0), 1);
+}
+
+void slide_soft_boxes(PhysicsWorld& world) {
+  add_ground(world, true);
+  for (int i = 0; i < 5; ++i) {
+    auto box = make_solid(world.info(), 2, 1, [i](double u, double v, double w) {
+      return vector(i + 0.4 * u, 0.4 * v + 0.3, 0.4 * w);
+    });
+    box->setVelocity(vector(0, 0, 2));
+    world.add(std::move(box));
+  }
+}
+
+// As applications have them that set no margin.
+std::vector<CostScene> untuned_scenes() {
+  std::vector<CostScene> scenes;
+  const auto add = [&scenes](const char* name, std::function<void(PhysicsWorld&)> build) {
+    scenes.push_back({std::string(name) + ", untuned", std::move(build)});
+    scenes.back().untuned = true;
+  };
+  add("cloth of 25 x 25 on a box", [](PhysicsWorld& w) {
+    w.add_static(make_box(0.6, 0.6, 0.6), at(0, 0, 0));
+    add_cloth(w, 25, 1.2, vector(0, 0.6, 0));
+  });
+  add("cloth of 13 x 13 on a ball", [](PhysicsWorld& w) {
+    w.add_static(std::make_unique<btSphereShape>(btScalar(0.3)), at(0, 0, 0));
+    add_cloth(w, 13, 1.2, vector(0, 0.6, 0));
+  });
+  add("five hulls on a pinned cloth", drop_hulls_on_pinned_cloth);
+  add("soft ball on a large box", [](PhysicsWorld& w) {
+    add_ground(w, true);
+    add_ball(w, vector(0, 0.8, 0), 0.4);
+  });
+  add("ball and 49 ropes", drop_ball_into_ropes);
+  add("five sliding soft boxes", slide_soft_boxes);
+  return scenes;
+}
+
 std::vector<CostScene> cost_scenes() {
   std::vector<CostScene> scenes;
   const std::pair<const char*, Kind> kinds[] = {
@@ -307,6 +369,7 @@ std::vector<CostScene> cost_scenes() {
   for (const int nodes : {20, 50})
     for (const double gap : {0.0, 1e-6}) scenes.push_back(coincident_sheets(nodes, gap));
   for (const int sleepers : {0, 10, 50, 1000}) scenes.push_back(among_sleepers(sleepers));
+  for (CostScene& scene : untuned_scenes()) scenes.push_back(std::move(scene));
   return scenes;
 }
 
@@ -368,8 +431,12 @@ Cost run(const CostScene& scene, WorldOptions options, bool processor_time) {
   constexpr int samples_per_second = 20;
   options.gravity = 10;
   if (processor_time) options.lazyccd.detector.threads = 1;
+  if (scene.untuned) options.margin = CONVEX_DISTANCE_MARGIN;
   const auto world = PhysicsWorld::make(options);
   scene.build(*world);
+  constexpr btScalar soft_margin(0.25);  // btSoftBody's own
+  for (const auto& body : world->bodies())
+    if (scene.untuned) body->getCollisionShape()->setMargin(soft_margin);
   const int steps = static_cast<int>(std::lround(scene.seconds / options.dt));
   const int steps_per_sample = static_cast<int>(std::lround(1 / (samples_per_second * options.dt)));
   for (int i = 0; i < scene.warm_up_steps; ++i) world->step();
