@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "motion/rotation.h"
 
@@ -30,7 +31,8 @@ struct NodeSums {
 
 // Whether friction is all that Coulomb's cone allows, so that the contact slides.
 bool slides(const ContactRow& row) {
-  constexpr double rounding = 1e-3;  // of sums in single precision over many sweeps
+  // The sweeps, in single precision, end on the cone: its length, a quotient and three products.
+  constexpr double rounding = 4 * static_cast<double>(std::numeric_limits<float>::epsilon());
   const double limit = row.friction * row.normal_impulse;
   return limit > 0 && row.sliding_fraction == 0 &&
          row.tangent_impulse.norm() >= (1 - rounding) * limit;

@@ -1,6 +1,7 @@
 #include "scene/step_reader.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <mutex>
@@ -245,7 +246,8 @@ bool StepReader::pinned_nodes_jumped(const SoftScene::BodyRecord& record,
 }
 
 double StepReader::needed_thickness(btScalar farthest) const {
-  constexpr int vertices = 4;  // of a contact, whose gap is a weighted sum of their places
+  // A gap is a weighted sum of the places of all vertices of a contact.
+  constexpr double vertices = std::tuple_size_v<decltype(Contact::vertices)>;
   return vertices * rounding_of(static_cast<double>(farthest)) +
          settings::detection::resolved_speed * motion_.dt;
 }
