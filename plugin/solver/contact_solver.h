@@ -69,9 +69,12 @@ class ContactSolver {
   enum class Manner {
     /// Until sweeps change nothing visible.
     full,
-    /// As a round in turn with links. Few sweeps, because the next round goes on from the impulses.
-    /// A row with a sliding fraction has not more friction than at set_up(), but that without a
-    /// load: the links were solved against it, and would throw the nodes aside if it ended.
+    /// The same, for a problem that was solved and has gained rows. A row with a sliding fraction
+    /// has not more friction than at set_up(), but that without a load: what moved since moved
+    /// against it, and would be thrown aside if it ended.
+    again,
+    /// As `again`, as a round in turn with links: few sweeps, because the next round goes on from
+    /// the impulses.
     round
   };
 

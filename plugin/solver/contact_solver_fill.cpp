@@ -169,7 +169,7 @@ void ContactSolver::fill(RowBatch& batch, int lane, const Problem& problem, cons
 void ContactSolver::bound_sliding(RowBatch& batch) const {
   for (int at = 3; at < 4 * RowBatch::lanes; at += 4) {
     batch.tangent_move[at] = batch.sliding[at];
-    if (batch.sliding[at] == 0 || manner_ != Manner::round) continue;
+    if (batch.sliding[at] == 0 || manner_ == Manner::full) continue;
     const Vector3d impulse = vector_of(batch.impulse + at - 3);
     if (!impulse.isZero()) batch.tangent_move[at] = -static_cast<float>(impulse.norm());
   }

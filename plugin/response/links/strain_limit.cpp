@@ -55,8 +55,8 @@ void StrainLimit::warm_start(const NearContacts& near, const LinkSolver& links,
   constraints.add_links(limits, motion);
 }
 
-void StrainLimit::find_stretched(std::int32_t body, const LinkSolver& links, const Motion& motion,
-                                 std::vector<LinkLimit>& stretched) const {
+void StrainLimit::find_stretched(std::int32_t body, const LinkSolver& links, double tolerance,
+                                 const Motion& motion, std::vector<LinkLimit>& stretched) const {
   const Span<const LinkSolver::Link> of_body = links.links(body);
   for (std::size_t i = 0; i < of_body.size(); ++i) {
     const auto [a, b] = of_body[i].vertices;
@@ -64,10 +64,20 @@ void StrainLimit::find_stretched(std::int32_t body, const LinkSolver& links, con
     const Vector3d along = motion.solved[a] - motion.solved[b];
     const LinkLimit limit =
         limit_of(body, static_cast<std::int32_t>(i), of_body[i], along, limit_, motion);
-    if (along.norm() > limit.longest + settings::solver::min_speed * motion.dt &&
+    if (along.norm() > tolerance * limit.longest + settings::solver::min_speed * motion.dt &&
         along.norm() > settings::links::strain_tolerance * limit_ * of_body[i].rest_length)
       stretched.push_back(limit);
   }
+}
+
+bool StrainLimit::add_stretched(const std::vector<std::int32_t>& bodies, const LinkSolver& links,
+                                double tolerance, ContactConstraints& constraints,
+                                const Motion& motion) const {
+  std::vector<LinkLimit> stretched;
+  for (const std::int32_t body : bodies) find_stretched(body, links, tolerance, motion, stretched);
+  if (stretched.empty()) return false;
+  constraints.add_links(stretched, motion);
+  return true;
 }
 
 void StrainLimit::hold(std::vector<std::int32_t> bodies, const LinkSolver& links, int sweeps,
@@ -75,16 +85,20 @@ void StrainLimit::hold(std::vector<std::int32_t> bodies, const LinkSolver& links
   if (limit_ == 0 || bodies.empty()) return;
   LAZYCCD_BT_PROFILE("strain limit");
   std::sort(bodies.begin(), bodies.end());
-  for (int i = 0; i < settings::links::strain_rounds; ++i) {
-    std::vector<LinkLimit> stretched;
-    for (const std::int32_t body : bodies) find_stretched(body, links, motion, stretched);
-    if (stretched.empty()) return;
-    constraints.add_links(stretched, motion);
+  // First every link that gets longer, or it would creep. Then only what the tolerance does not
+  // allow: the rest is what sweeps leave, and there is always some.
+  double tolerance = 1;
+  int round = 0;
+  while (round < settings::links::strain_rounds &&
+         add_stretched(bodies, links, tolerance, constraints, motion)) {
     RowIslands& islands = constraints.islands(motion);
     islands.select_none();
-    for (const LinkLimit& limit : stretched) islands.select_body(limit.body);
-    constraints.solve(motion, sweeps);
+    for (const std::int32_t body : bodies) islands.select_body(body);
+    constraints.solve_impulses(motion, sweeps, ContactSolver::Manner::again);
+    tolerance = settings::links::strain_tolerance;
+    ++round;
   }
+  if (round > 0) constraints.solve_split_impulses(motion, sweeps);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -33,9 +33,13 @@ class StrainLimit {
             ContactConstraints& constraints, Motion& motion);
 
  private:
-  /// The links of the body that are too long in the solved motion.
-  void find_stretched(std::int32_t body, const LinkSolver& links, const Motion& motion,
-                      std::vector<LinkLimit>& stretched) const;
+  /// The links of the body that are longer than `tolerance` allows in the solved motion, a multiple
+  /// of the length that they may have.
+  void find_stretched(std::int32_t body, const LinkSolver& links, double tolerance,
+                      const Motion& motion, std::vector<LinkLimit>& stretched) const;
+  /// Adds their rows, of all these bodies. Returns whether there are any.
+  bool add_stretched(const std::vector<std::int32_t>& bodies, const LinkSolver& links,
+                     double tolerance, ContactConstraints& constraints, const Motion& motion) const;
 
   double limit_;  // of the length, as a multiple of the rest length; 0: none
 };
