@@ -154,6 +154,12 @@ inline constexpr double hysteresis = 0.999;
 /// are equal. With coarser steps too few constraints are left; with finer ones they fight each
 /// other.
 inline constexpr double weight_resolution = 16, normal_resolution = 4;
+/// Depth of a hidden contact behind the plane of the one that hides it, as a part of the distance
+/// of their points. With 0, contacts with neighbours in a flat surface come and go with rounding.
+inline constexpr double hidden_slope = 0.05;
+/// So many contacts of a primitive may hide others: its nearest ones that nothing hides. A large
+/// face has many contacts beside each other, which hide nothing.
+inline constexpr std::size_t max_hiding = 8;
 /// Of the distance within which pairs are found: how far vertices may move along each axis and
 /// count as in place. After their contacts were found, each of two bodies may move by twice that.
 /// So they come nearer by at most 4 sqrt(3) times this, 9 % of the distance. That is less than what

@@ -89,7 +89,7 @@ void NearContactSelector::evaluate(Span<const Contact> contacts, const Motion& m
 
 void NearContactSelector::evaluate_range(Span<const Contact> found, std::size_t first,
                                          std::size_t last, const ContactFilter& filter,
-                                         const Motion& motion) {
+                                         const MayAct& may_act, const Motion& motion) {
   BodyPairData bodies;
   RowEstimateLanes lanes = {};
   bool any_responds = false;
@@ -106,6 +106,7 @@ void NearContactSelector::evaluate_range(Span<const Contact> found, std::size_t 
     entry.key.kind = ConstraintKey::none;
     if (filter.decide(contact) != ContactFilter::Decision::respond) continue;
     any_responds = true;
+    if (may_act && !may_act(contact)) continue;
     entry.gap = std::sqrt(lanes.gap_squared[lane]);
     if (is_irrelevant(contact, lanes.thickness[lane], entry.gap, lanes.gap_dot[lane], motion))
       continue;
@@ -142,7 +143,8 @@ void NearContactSelector::remember(const std::vector<LastImpulses::Pair>& pairs)
 }
 
 NearContacts NearContactSelector::select(Span<const Contact> found, const ContactFilter& filter,
-                                         const Motion& motion, const Threads& threads) {
+                                         const MayAct& may_act, const Motion& motion,
+                                         const Threads& threads) {
   LAZYCCD_BT_PROFILE("select");
   LAZYCCD_ASSERT(are_sorted(found), "contacts to select from are sorted, none twice");
   LAZYCCD_ASSERT(std::is_sorted(selected_.begin(), selected_.end()),
@@ -153,9 +155,10 @@ NearContacts NearContactSelector::select(Span<const Contact> found, const Contac
   any_responds_.store(false, std::memory_order_relaxed);
   constexpr std::size_t grain = 512;  // pairs; more work than it costs to distribute them
   threads.parallel_for(found.size(), grain, [&](std::size_t first, std::size_t last) {
-    evaluate_range(found, first, last, filter, motion);
+    evaluate_range(found, first, last, filter, may_act, motion);
   });
   reduction_.reduce(entries_);
+  hidden_.drop({found, estimates_}, motion, threads, entries_);
   selected_.resize(found.size());
   std::size_t count = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {
@@ -168,7 +171,8 @@ NearContacts NearContactSelector::select(Span<const Contact> found, const Contac
   return {found, estimates_};
 }
 
-NearContacts NearContactSelector::evaluate_all(Span<const Contact> found, const Motion& motion) {
+NearContacts NearContactSelector::evaluate_all(Span<const Contact> found, const MayAct& may_act,
+                                               const Motion& motion) {
   BodyPairData bodies;
   RowEstimateLanes lanes = {};
   estimates_.resize(found.size());
@@ -176,6 +180,8 @@ NearContacts NearContactSelector::evaluate_all(Span<const Contact> found, const 
     const Span<const Contact> batch(&found[i], std::min(lane_count, found.size() - i));
     evaluate(batch, motion, bodies, lanes, &estimates_[i]);
   }
+  for (std::size_t i = 0; may_act && i < found.size(); ++i)
+    estimates_[i].can_act = estimates_[i].can_act && may_act(found[i]);
   return {found, estimates_};
 }
 

@@ -4,6 +4,8 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <functional>
+#include <utility>
 #include <vector>
 
 #include "contact/contact_filter.h"
@@ -12,6 +14,7 @@
 #include "contact/near_contacts.h"
 #include "contact/pair_surfaces.h"
 #include "detection/contact_reduction.h"
+#include "detection/hidden_contacts.h"
 #include "detection/row_estimate_kernels.h"
 #include "lazyccd/contact.h"
 #include "lazyccd/span.h"
@@ -34,20 +37,26 @@ class NearContactSelector {
   }
 
   /// `surfaces` must outlive this object. `position_correction`: as in SolverOptions.
-  NearContactSelector(const PairSurfaces& surfaces, double position_correction)
-      : surfaces_(surfaces), position_correction_(position_correction) {}
+  NearContactSelector(const PairSurfaces& surfaces, double position_correction,
+                      HiddenContacts::StopEachOther stop_each_other)
+      : surfaces_(surfaces),
+        position_correction_(position_correction),
+        hidden_(std::move(stop_each_other)) {}
+
+  /// Whether the response may act on a pair. Empty: on each.
+  using MayAct = std::function<bool(const Contact&)>;
 
   /// Selects pairs from `found`, which is sorted. A pair is selected if the filter lets it respond,
-  /// and if it approaches in the step or lies within distance_factor of its own thickness. If
-  /// several pairs constrain nearly the same points, it selects one. All other pairs get can_act
-  /// = false. Calls the filter once for each pair, on several threads. The result is valid until
-  /// the next call, and as long as `found` is.
-  NearContacts select(Span<const Contact> found, const ContactFilter& filter, const Motion& motion,
-                      const Threads& threads);
+  /// if it may act, and if it approaches in the step or lies within distance_factor of its own
+  /// thickness. If several pairs constrain nearly the same points, it selects one, and none of
+  /// those that others hide. All other pairs get can_act = false. Calls the filter once for each
+  /// pair, on several threads. The result is valid until the next call, and as long as `found` is.
+  NearContacts select(Span<const Contact> found, const ContactFilter& filter, const MayAct& may_act,
+                      const Motion& motion, const Threads& threads);
   /// True if the filter lets any pair of the last select() respond.
   bool any_responds() const { return any_responds_.load(std::memory_order_relaxed); }
-  /// Evaluates all pairs and deselects none.
-  NearContacts evaluate_all(Span<const Contact> found, const Motion& motion);
+  /// Evaluates all pairs and deselects only those that may not act.
+  NearContacts evaluate_all(Span<const Contact> found, const MayAct& may_act, const Motion& motion);
 
   /// Call when nothing was near.
   void forget() { selected_.clear(); }
@@ -75,7 +84,7 @@ class NearContactSelector {
                 RowEstimateLanes& lanes, RowEstimate* estimates) const;
   /// Evaluates found[first] to found[last - 1], filters them and makes their keys.
   void evaluate_range(Span<const Contact> found, std::size_t first, std::size_t last,
-                      const ContactFilter& filter, const Motion& motion);
+                      const ContactFilter& filter, const MayAct& may_act, const Motion& motion);
 
   /// A member and not a namespace-scope constant, because worlds may be stepped before the
   /// constants of this file are initialised.
@@ -87,6 +96,7 @@ class NearContactSelector {
   std::vector<ReductionEntry> entries_;
   std::vector<RowEstimate> estimates_;
   ContactReduction reduction_;
+  HiddenContacts hidden_;
   std::atomic<bool> any_responds_{false};  // relaxed: read after the end of the parallel loop
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "contact/contact_checks.h"
 #include "lazyccd/debug/assert.h"
@@ -12,6 +13,16 @@
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+std::vector<BodyPair> sorted_pairs(std::vector<BodyPair> pairs) {
+  for (BodyPair& pair : pairs) std::sort(pair.begin(), pair.end());
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+}  // namespace
+
 StepDetector::StepDetector(const DetectorOptions& options, const Threads& threads,
                            ContactFilter& filter, const StepTopology& topology, Motion& motion,
                            PairSurfaces& surfaces, double position_correction, bool contact_cache)
@@ -21,7 +32,8 @@ StepDetector::StepDetector(const DetectorOptions& options, const Threads& thread
       topology_(topology),
       motion_(motion),
       surfaces_(surfaces),
-      selector_(surfaces, position_correction),
+      selector_(surfaces, position_correction,
+                [this](std::int32_t a, std::int32_t b) { return stop_each_other(a, b); }),
       simple_contacts_(topology, motion, surfaces, filter),
       internal_edges_(topology, motion, surfaces),
       may_keep_near_(contact_cache) {
@@ -53,6 +65,7 @@ void StepDetector::set_topology(const Renumbering& numbers,
     others_may_meet_ = true;
     primitives_ = {};
     filters_.clear();
+    rules_.clear();
     disabled_pairs_.clear();
     touching_detector();
     return;
@@ -87,10 +100,11 @@ std::vector<char> StepDetector::marks_of(const std::vector<std::int32_t>& bodies
 void StepDetector::set_near_topology() {
   Topology topology = topology_.for_detection();
   topology.self_separation = self_separation_;
-  filters_.assign(topology.bodies.begin(), topology.bodies.end());
+  rules_.assign(topology.bodies.begin(), topology.bodies.end());
+  filters_ = rules_;
   simple_contacts_.leave_out(filters_);
   topology.bodies = filters_;
-  disabled_pairs_.assign(topology.disabled_pairs.begin(), topology.disabled_pairs.end());
+  disabled_pairs_ = sorted_pairs({topology.disabled_pairs.begin(), topology.disabled_pairs.end()});
   others_may_meet_ = find_others_may_meet(topology.bodies);
   near_detector_->set_topology(topology);
   find_self_distances(topology.bodies);
@@ -123,8 +137,8 @@ void StepDetector::mark_other_rules(const Renumbering& numbers,
     if (!are_equal_filters(last_filters[old], filters_[static_cast<std::size_t>(body)]))
       is_changed[static_cast<std::size_t>(body)] = 1;
   }
-  const auto mark_if_not_in = [&](const BodyPair& pair, std::vector<BodyPair> list) {
-    std::sort(list.begin(), list.end());
+  disabled = sorted_pairs(std::move(disabled));
+  const auto mark_if_not_in = [&](const BodyPair& pair, const std::vector<BodyPair>& list) {
     if (std::binary_search(list.begin(), list.end(), pair)) return;
     for (const std::int32_t body : pair) is_changed[static_cast<std::size_t>(body)] = 1;
   };
@@ -136,6 +150,14 @@ void StepDetector::mark_other_rules(const Renumbering& numbers,
     if (both_are_old(pair)) mark_if_not_in(pair, disabled_pairs_);
   for (const BodyPair& pair : disabled_pairs_)
     if (both_are_old(pair)) mark_if_not_in(pair, disabled);
+}
+
+bool StepDetector::stop_each_other(std::int32_t a, std::int32_t b) const {
+  const auto is_rigid = [this](std::int32_t body) { return motion_.rigid_of_body[body] >= 0; };
+  if (a == b) return true;
+  return !(is_rigid(a) && is_rigid(b)) && filters_accept(rules_[a], rules_[b]) &&
+         !std::binary_search(disabled_pairs_.begin(), disabled_pairs_.end(),
+                             BodyPair{std::min(a, b), std::max(a, b)});
 }
 
 bool StepDetector::find_others_may_meet(Span<const Body> filters) const {
@@ -266,14 +288,14 @@ bool StepDetector::only_near_can_touch(const Positions& end) const {
           motion_.deviates_less_than(topology_.topology().bodies, separation_, self_distances_));
 }
 
-NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
+NearContacts StepDetector::detect_near(LastImpulses& last_impulses, const MayAct& may_act) {
   LAZYCCD_BT_PROFILE("detect");
   if (!near_detector_) {
     touching_pairs_ = touching(motion_.starts(), motion_.ends());
     last_impulses.match(touching_pairs_);
     found_any_ = !touching_pairs_.empty();
     filter_.set_end_changed(found_any_);
-    return selector_.evaluate_all(touching_pairs_, motion_);
+    return selector_.evaluate_all(touching_pairs_, may_act, motion_);
   }
   Stopwatch watch;
   Span<const Contact> near;
@@ -301,7 +323,7 @@ NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
     last_impulses.match(near);
     selector_.remember(last_impulses.pairs());
   }
-  const NearContacts selected = selector_.select(near, filter_, motion_, threads_);
+  const NearContacts selected = selector_.select(near, filter_, may_act, motion_, threads_);
   found_any_ = selector_.any_responds();
   if (!found_any_ && (any_near || !simple_contacts_.are_clear(false))) {
     // Contact reduction reports one pair for several. Even if the response does not act on the

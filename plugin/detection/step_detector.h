@@ -57,8 +57,11 @@ class StepDetector {
   /// settings::detection::distance_factor times the thickness. Pairs that are redundant, that
   /// need no constraint, or on which the response does not act are not selected: they have can_act
   /// = false. Valid until the next detect_near(), detect_ahead() or set_topology().
-  /// `last_impulses` get new indices if they need them; their pairs are then preferred.
-  NearContacts detect_near(LastImpulses& last_impulses);
+  /// `last_impulses` get new indices if they need them; their pairs are then preferred. Pairs for
+  /// which `may_act` is false are not selected; if it is empty, each may act. It is called on
+  /// several threads.
+  using MayAct = NearContactSelector::MayAct;
+  NearContacts detect_near(LastImpulses& last_impulses, const MayAct& may_act);
   /// Call in place of detect_near() if no two bodies come within separation() of each other.
   /// Forgets what was kept of the last step.
   void forget_near() {
@@ -111,6 +114,9 @@ class StepDetector {
   void mark_other_rules(const Renumbering& numbers, const std::vector<Body>& last_filters,
                         const std::vector<BodyPair>& last_disabled,
                         std::vector<char>& is_changed) const;
+  /// Whether two bodies cannot pass each other, or a body itself: they collide, and at most one of
+  /// them is rigid. Rigid bodies may be joined, and LazyCCD does not handle their contacts.
+  bool stop_each_other(std::int32_t a, std::int32_t b) const;
   /// True if near_detector_ leaves out internal edges.
   bool leaves_out_any() const { return !internal_edges_.edges_left_out().empty(); }
   /// True if two bodies may collide that simple_contacts_ does not handle.
@@ -169,8 +175,9 @@ class StepDetector {
   std::vector<float> self_separation_;  ///< for Topology
   // What set_near_topology() set:
   PrimitiveIndices primitives_;
-  std::vector<Body> filters_;  ///< of near_detector_
-  std::vector<BodyPair> disabled_pairs_;
+  std::vector<Body> filters_;             ///< of near_detector_
+  std::vector<Body> rules_;               ///< the same with the pairs of simple_contacts_
+  std::vector<BodyPair> disabled_pairs_;  ///< the smaller index first, sorted
   /// Found by the first detection if there is no near_detector_.
   std::vector<Contact> touching_pairs_;
   std::vector<Contact> report_only_contacts_;

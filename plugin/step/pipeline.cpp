@@ -282,16 +282,15 @@ NearContacts Pipeline::find_near_contacts() {
     detector_.forget_near();
     return {};
   }
-  const NearContacts near = detector_.detect_near(response_.last_impulses());
-  for (std::size_t i = 0; untangling_.allows_any_pass() && i < near.contacts.size(); ++i) {
-    if (untangling_.allows_pass(near.contacts[i], motion())) near.estimates[i].can_act = false;
-  }
-  for (std::size_t i = 0; reader_.any_sleeper_takes_part() && i < near.contacts.size(); ++i) {
-    const Contact& contact = near.contacts[i];
-    if (reader_.is_at_rest(contact.body_a) && reader_.is_at_rest(contact.body_b))
-      near.estimates[i].can_act = false;
-  }
-  return near;
+  const bool any_passes = untangling_.allows_any_pass(),
+             any_sleeps = reader_.any_sleeper_takes_part();
+  const auto may_act = [&](const Contact& contact) {
+    return !(any_passes && untangling_.allows_pass(contact, motion())) &&
+           !(any_sleeps && reader_.is_at_rest(contact.body_a) &&
+             reader_.is_at_rest(contact.body_b));
+  };
+  return detector_.detect_near(response_.last_impulses(),
+                               any_passes || any_sleeps ? may_act : StepDetector::MayAct());
 }
 
 void Pipeline::set_topology(const std::vector<std::int32_t>& changed_bodies) {

@@ -16,6 +16,7 @@
 #include "scenes/meshes/shapes.h"
 #include "scenes/meshes/solid.h"
 #include "support/catch.h"
+#include "support/test_budget.h"
 
 using namespace lazyccd;
 using namespace lazyccd::test;
