@@ -301,8 +301,10 @@ std::vector<CostScene> untuned_scenes() {
   add("ball and 49 ropes", drop_ball_into_ropes);
   add("five sliding soft boxes", slide_soft_boxes);
   add("thirty soft balls in a box", drop_soft_balls_into_box);
+  scenes.back().rigid_only = true;
   add("ball over a hundred blades of grass", roll_ball_over_grass);
   add("ten pages of a book", turn_pages);
+  scenes.back().rigid_only = true;
   add("ten soft boxes, one after another", drop_soft_boxes);
   for (const double voxel : {0.25, 0.05}) {
     for (const double speed : {0.0, 10.0, 30.0}) {

@@ -21,6 +21,7 @@ struct CostScene {
   int warm_up_steps = 1;
   bool only_by_name = false;  ///< takes so long that it runs only if --only names it
   bool untuned = false;       ///< margins are Bullet's defaults
+  bool rigid_only = false;    ///< Bullet alone may crash in the deformable world
   double gravity = 10;        ///< units of length per s^2; 1 000 where a unit is a centimetre
 };
 

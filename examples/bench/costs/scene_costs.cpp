@@ -194,6 +194,7 @@ void print_table(const Request& request) {
     for (const World world : {World::rigid, World::deformable}) {
       const char* const name = world == World::rigid ? "rigid" : "deformable";
       if (!request.world.empty() && request.world != name) continue;
+      if (world == World::deformable && scene.rigid_only) continue;
       std::printf("| %s | %s |", scene.name.c_str(), name);
       for (const int rate : {60, 240}) {
         WorldOptions options;
