@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
+#include <utility>
 
 #include "settings.h"
 #include "util/profile.h"
@@ -25,44 +25,53 @@ std::int32_t primitive_of(const Contact& contact, bool is_b) {
 
 void HiddenContacts::make_lists(const NearContacts& near, const Motion& motion,
                                 const std::vector<ReductionEntry>& entries) {
+  if (!are_cleared_) {
+    for (std::vector<Side>* first : {&first_of_vertex_, &first_of_face_, &first_of_edge_})
+      first->clear();
+  }
+  are_cleared_ = false;
   next_.resize(2 * near.contacts.size());
-  for (std::vector<Side>& shared : shared_) shared.clear();
+  for (std::vector<Side>& sides : multiple_) sides.clear();
   for (std::size_t i = 0; i < near.contacts.size(); ++i) {
     if (entries[i].key.kind == ConstraintKey::none || !near.estimates[i].can_act) continue;
     const Contact& contact = near.contacts[i];
     for (const bool b : {false, true}) {
       if (motion.rigid_of_body[b ? contact.body_b : contact.body_a] >= 0) continue;
-      std::vector<Side>& first = lists_of(contact.kind, b).first;
+      std::vector<Side>& first = first_of(contact.kind, b);
       const auto primitive = static_cast<std::size_t>(primitive_of(contact, b));
       if (primitive >= first.size()) first.resize(2 * primitive + 1, none);
       const auto side = static_cast<Side>(2 * i + b);
       next_[side] = std::exchange(first[primitive], side);
       if (next_[side] != none && next_[next_[side]] == none)
-        shared_[contact.kind == ContactKind::vertex_face && !b ? 0 : 1].push_back(side);
+        multiple_[contact.kind == ContactKind::vertex_face && !b ? 0 : 1].push_back(side);
     }
   }
-  for (std::vector<Side>& shared : shared_) {
-    for (Side& side : shared) {
+  for (std::vector<Side>& sides : multiple_) {
+    for (Side& side : sides) {
       const Contact& contact = contact_of(side, near.contacts);
-      side = lists_of(contact.kind, is_b(side)).first[primitive_of(contact, is_b(side))];
+      side = first_of(contact.kind, is_b(side))[primitive_of(contact, is_b(side))];
     }
   }
-  // The next step begins with empty lists.
-  for (std::size_t i = 0; i < near.contacts.size(); ++i) {
-    const Contact& contact = near.contacts[i];
+  clear_lists(near.contacts);
+}
+
+// The sides in multiple_ and next_ are all that is needed of the lists.
+void HiddenContacts::clear_lists(Span<const Contact> contacts) {
+  for (const Contact& contact : contacts) {
     for (const bool b : {false, true}) {
-      std::vector<Side>& first = lists_of(contact.kind, b).first;
+      std::vector<Side>& first = first_of(contact.kind, b);
       const auto primitive = static_cast<std::size_t>(primitive_of(contact, b));
       if (primitive < first.size()) first[primitive] = none;
     }
   }
+  are_cleared_ = true;
 }
 
 void HiddenContacts::find_points(Span<const Contact> contacts, const Motion& motion,
                                  const Threads& threads) {
   is_listed_.assign(contacts.size(), 0);
-  for (const std::vector<Side>& shared : shared_)
-    for (const Side first : shared)
+  for (const std::vector<Side>& sides : multiple_)
+    for (const Side first : sides)
       for (Side side = first; side != none; side = next_[side]) is_listed_[side / 2] = 1;
   points_.resize(contacts.size());
   constexpr std::size_t grain = 512;  // contacts; more work than it costs to distribute them
@@ -106,22 +115,22 @@ bool HiddenContacts::hides(Side nearer, Side farther, Span<const Contact> contac
 
 void HiddenContacts::find_hidden(Side first, Span<const Contact> contacts,
                                  const std::vector<ReductionEntry>& entries,
-                                 std::vector<Near>& list) {
+                                 std::vector<SideByGap>& list) {
   list.clear();
   for (Side side = first; side != none; side = next_[side]) {
-    const bool is_of_vertex = contact_of(side, contacts).kind == ContactKind::vertex_face;
-    if (!is_of_vertex || !hidden_[2 * (side / 2)]) list.emplace_back(entries[side / 2].gap, side);
+    const bool is_vertex_face = contact_of(side, contacts).kind == ContactKind::vertex_face;
+    const Side of_vertex = side - side % 2;
+    if (!is_vertex_face || !hidden_[of_vertex]) list.emplace_back(entries[side / 2].gap, side);
   }
   std::sort(list.begin(), list.end());
-  std::size_t seen = 0;  // so many of the list are not hidden; they come first
+  std::size_t unhidden = 0;  // so many of the list; they come first
   for (std::size_t k = 0; k < list.size(); ++k) {
-    const Near near = list[k];
-    const Side side = near.second;
-    const std::size_t last = std::min(seen, settings::detection::max_hiding);
+    const SideByGap farther = list[k];
+    const std::size_t last = std::min(unhidden, settings::detection::max_hiding);
     std::size_t i = 0;
-    while (i < last && !hides(list[i].second, side, contacts)) ++i;
-    hidden_[side] = i < last;
-    if (i == last) list[seen++] = near;
+    while (i < last && !hides(list[i].second, farther.second, contacts)) ++i;
+    hidden_[farther.second] = i < last;
+    if (i == last) list[unhidden++] = farther;
   }
 }
 
@@ -129,16 +138,16 @@ void HiddenContacts::drop(const NearContacts& near, const Motion& motion, const 
                           std::vector<ReductionEntry>& entries) {
   LAZYCCD_BT_PROFILE("hidden");
   make_lists(near, motion, entries);
-  if (shared_[0].empty() && shared_[1].empty()) return;
+  if (multiple_[0].empty() && multiple_[1].empty()) return;
   find_points(near.contacts, motion, threads);
   hidden_.assign(next_.size(), 0);
-  // Most of what faces see is hidden from its vertices already.
-  for (const std::vector<Side>& shared : shared_) {
+  // Vertices first: most of what faces would look through is hidden then.
+  for (const std::vector<Side>& sides : multiple_) {
     constexpr std::size_t grain = 64;  // lists; more work than it costs to distribute them
-    threads.parallel_for(shared.size(), grain, [&](std::size_t first, std::size_t last) {
-      std::vector<Near> list;
+    threads.parallel_for(sides.size(), grain, [&](std::size_t first, std::size_t last) {
+      std::vector<SideByGap> list;
       for (std::size_t i = first; i < last; ++i)
-        find_hidden(shared[i], near.contacts, entries, list);
+        find_hidden(sides[i], near.contacts, entries, list);
     });
   }
   for (std::size_t side = 0; side < hidden_.size(); ++side)

@@ -1,12 +1,14 @@
 // Finds near contacts that lie behind others. Where margins reach over several layers, as between
-// the pages of a book, each vertex is near all of them. But to reach the second page it has to pass
-// the first one. So its contact with the second page needs no constraint.
+// the pages of a book, each vertex is near all of them. The row of its contact with the first page
+// keeps it on its side of a plane, and the second page lies behind that plane. So the contact with
+// the second page needs no row.
 //
 // A contact of a vertex hides a farther one of the same vertex if the point of the farther one lies
-// behind the plane of the nearer one: of the plane through its point, across the way to it. It has
-// to lie there at the start and at the end of the step, and clearly: contacts with neighbours in a
-// flat surface would come and go with rounding. The same holds for contacts of one face or one
-// edge. There, the depth behind the plane must exceed the distance of their points on it.
+// behind the plane of the nearer one. That plane goes through its point, across its normal. The
+// point has to lie there at the start and at the end of the step, and clearly: contacts with
+// neighbours in a flat surface would come and go with rounding. The same holds for contacts that
+// have a face or an edge of the same index. There, the depth behind the plane must exceed the
+// distance of their points on it.
 //
 // What is left out is not certain to stay apart. If it touches in the motion that the response
 // makes, the next detection finds it.
@@ -46,37 +48,39 @@ class HiddenContacts {
   /// A contact as one of its two primitives has it: 2 * contact for a, 2 * contact + 1 for b.
   using Side = std::int32_t;
 
-  using Near = std::pair<double, Side>;  // with its gap, metres
+  using SideByGap = std::pair<double, Side>;  // gap in metres, as in ReductionEntry
 
-  /// The contacts of the vertices, faces or edges of soft bodies. Those of one are linked by next_.
-  struct Lists {
-    std::vector<Side> first;  // by primitive; -1: none
-  };
   /// The contact points at the start and at the end of the step, metres.
   struct Points {
     std::array<Vector3d, 2> a, b;
   };
 
-  Lists& lists_of(ContactKind kind, bool is_b) {
-    return kind == ContactKind::edge_edge ? of_edge_ : is_b ? of_face_ : of_vertex_;
+  /// By primitive: the first side in the list of its contacts, which next_ links; -1: none.
+  std::vector<Side>& first_of(ContactKind kind, bool is_b) {
+    return kind == ContactKind::edge_edge ? first_of_edge_
+           : is_b                         ? first_of_face_
+                                          : first_of_vertex_;
   }
-  /// Makes the lists, and finds those with several contacts.
+  /// Makes the lists of the primitives of soft bodies, and finds those with several contacts.
   void make_lists(const NearContacts& near, const Motion& motion,
                   const std::vector<ReductionEntry>& entries);
+  void clear_lists(Span<const Contact> contacts);
   static Points points_of(const Contact& contact, const Motion& motion);
   /// Sets points_ of the contacts in these lists.
   void find_points(Span<const Contact> contacts, const Motion& motion, const Threads& threads);
-  /// Marks the contacts in the list from this side on that others of them hide. Leaves out those
-  /// that are hidden already. `list`: scratch memory.
+  /// Marks the contacts in the list from this side on that others of them hide. Contacts of
+  /// vertices that are hidden already take no part. `list`: scratch memory.
   void find_hidden(Side first, Span<const Contact> contacts,
-                   const std::vector<ReductionEntry>& entries, std::vector<Near>& list);
+                   const std::vector<ReductionEntry>& entries, std::vector<SideByGap>& list);
   bool hides(Side nearer, Side farther, Span<const Contact> contacts) const;
 
   StopEachOther stop_each_other_;
-  Lists of_vertex_, of_face_, of_edge_;
-  std::vector<Side> next_;  // by side; -1: the last of its list
-  /// First sides of the lists with several contacts: of vertices; of faces and edges.
-  std::array<std::vector<Side>, 2> shared_;
+  std::vector<Side> first_of_vertex_, first_of_face_, first_of_edge_;  // see first_of()
+  std::vector<Side> next_;   // by side; -1: the last of its list
+  bool are_cleared_ = true;  // false: a failure has left lists
+  /// First sides of the lists with several contacts: of vertices; of faces and edges. They are
+  /// looked through in this order.
+  std::array<std::vector<Side>, 2> multiple_;
   std::vector<std::uint8_t> is_listed_;  // by contact: whether it is in such a list
   std::vector<Points> points_;           // by contact, if so
   std::vector<std::uint8_t> hidden_;     // by side: whether the contact is hidden, seen from there

@@ -114,8 +114,8 @@ class StepDetector {
   void mark_other_rules(const Renumbering& numbers, const std::vector<Body>& last_filters,
                         const std::vector<BodyPair>& last_disabled,
                         std::vector<char>& is_changed) const;
-  /// Whether two bodies cannot pass each other, or a body itself: they collide, and at most one of
-  /// them is rigid. Rigid bodies may be joined, and LazyCCD does not handle their contacts.
+  /// For HiddenContacts: they collide, and at most one of them is rigid. Rigid bodies may be
+  /// joined, and LazyCCD does not handle their contacts. The surface of one body counts as a whole.
   bool stop_each_other(std::int32_t a, std::int32_t b) const;
   /// True if near_detector_ leaves out internal edges.
   bool leaves_out_any() const { return !internal_edges_.edges_left_out().empty(); }
