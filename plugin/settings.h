@@ -156,8 +156,7 @@ inline constexpr double hysteresis = 0.999;
 inline constexpr double weight_resolution = 16, normal_resolution = 4;
 /// Depth of a hidden contact behind the plane of the one that hides it, as a part of the distance
 /// of their points. With 0, contacts with neighbours in a flat surface come and go with rounding.
-/// With more, more rows are left: in a book of ten pages 2 800 with 0, 4 100 with 0.05, 8 900 with
-/// 0.5.
+/// With more, fewer contacts are hidden.
 inline constexpr double hidden_slope = 0.05;
 /// So many contacts of a primitive may hide others: its nearest ones that nothing hides. A large
 /// face has many contacts beside each other, which hide nothing.

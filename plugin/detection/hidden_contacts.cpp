@@ -144,10 +144,11 @@ void HiddenContacts::drop(const NearContacts& near, const Motion& motion, const 
   // Vertices first: most of what faces would look through is hidden then.
   for (const std::vector<Side>& sides : multiple_) {
     constexpr std::size_t grain = 64;  // lists; more work than it costs to distribute them
-    threads.parallel_for(sides.size(), grain, [&](std::size_t first, std::size_t last) {
-      std::vector<SideByGap> list;
-      for (std::size_t i = first; i < last; ++i)
-        find_hidden(sides[i], near.contacts, entries, list);
+    const std::size_t parts = (sides.size() + grain - 1) / grain;
+    if (scratch_.size() < parts) scratch_.resize(parts);
+    threads.parallel_for(parts, 1, [&](std::size_t first, std::size_t last) {
+      for (std::size_t i = first * grain; i < std::min(last * grain, sides.size()); ++i)
+        find_hidden(sides[i], near.contacts, entries, scratch_[i / grain]);
     });
   }
   for (std::size_t side = 0; side < hidden_.size(); ++side)

@@ -81,9 +81,10 @@ class HiddenContacts {
   /// First sides of the lists with several contacts: of vertices; of faces and edges. They are
   /// looked through in this order.
   std::array<std::vector<Side>, 2> multiple_;
-  std::vector<std::uint8_t> is_listed_;  // by contact: whether it is in such a list
-  std::vector<Points> points_;           // by contact, if so
-  std::vector<std::uint8_t> hidden_;     // by side: whether the contact is hidden, seen from there
+  std::vector<std::vector<SideByGap>> scratch_;  // by part of the lists
+  std::vector<std::uint8_t> is_listed_;          // by contact: whether it is in such a list
+  std::vector<Points> points_;                   // by contact, if so
+  std::vector<std::uint8_t> hidden_;  // by side: whether the contact is hidden, seen from there
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "contact/contact_checks.h"
 #include "motion/rotation.h"
 
 namespace lazyccd::bullet {
@@ -32,10 +32,9 @@ struct NodeSums {
 // Whether friction is all that Coulomb's cone allows, so that the contact slides.
 bool slides(const ContactRow& row) {
   // The sweeps, in single precision, end on the cone: its length, a quotient and three products.
-  constexpr double rounding = 4 * static_cast<double>(std::numeric_limits<float>::epsilon());
   const double limit = row.friction * row.normal_impulse;
   return limit > 0 && row.sliding_fraction == 0 &&
-         row.tangent_impulse.norm() >= (1 - rounding) * limit;
+         row.tangent_impulse.norm() >= (1 - roundings<float>(4)) * limit;
 }
 
 // What the contacts of a body carry, kg m.

@@ -70,35 +70,33 @@ void StrainLimit::find_stretched(std::int32_t body, const LinkSolver& links, dou
   }
 }
 
-bool StrainLimit::add_stretched(const std::vector<std::int32_t>& bodies, const LinkSolver& links,
-                                double tolerance, ContactConstraints& constraints,
-                                const Motion& motion) const {
-  std::vector<LinkLimit> stretched;
-  for (const std::int32_t body : bodies) find_stretched(body, links, tolerance, motion, stretched);
-  if (stretched.empty()) return false;
-  constraints.add_links(stretched, motion);
-  return true;
-}
-
 void StrainLimit::hold(std::vector<std::int32_t> bodies, const LinkSolver& links, int sweeps,
                        ContactConstraints& constraints, Motion& motion) {
   if (limit_ == 0 || bodies.empty()) return;
   LAZYCCD_BT_PROFILE("strain limit");
   std::sort(bodies.begin(), bodies.end());
-  // First every link that gets longer, or it would creep. Then only what the tolerance does not
-  // allow: the rest is what sweeps leave, and there is always some.
-  double tolerance = 1;
-  int round = 0;
-  while (round < settings::links::strain_rounds &&
-         add_stretched(bodies, links, tolerance, constraints, motion)) {
+  std::vector<LinkLimit> first, stretched;  // of the first round, of the present one
+  const auto select_islands_of = [&](const std::vector<LinkLimit>& limits) {
     RowIslands& islands = constraints.islands(motion);
     islands.select_none();
-    for (const std::int32_t body : bodies) islands.select_body(body);
+    for (const LinkLimit& limit : limits) islands.select_body(limit.body);
+  };
+  for (int round = 0; round < settings::links::strain_rounds; ++round) {
+    // First every link that gets longer, or it would creep. Then only what the tolerance does not
+    // allow: the rest is what sweeps leave, and there is always some.
+    const double tolerance = round == 0 ? 1 : settings::links::strain_tolerance;
+    stretched.clear();
+    for (const std::int32_t body : bodies)
+      find_stretched(body, links, tolerance, motion, stretched);
+    if (stretched.empty()) break;
+    constraints.add_links(stretched, motion);
+    select_islands_of(stretched);
     constraints.solve_impulses(motion, sweeps, ContactSolver::Manner::again);
-    tolerance = settings::links::strain_tolerance;
-    ++round;
+    if (round == 0) first = stretched;
   }
-  if (round > 0) constraints.solve_split_impulses(motion, sweeps);
+  if (first.empty()) return;
+  select_islands_of(first);  // which hold those of all rounds
+  constraints.solve_split_impulses(motion, sweeps);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

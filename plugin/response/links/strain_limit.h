@@ -37,9 +37,6 @@ class StrainLimit {
   /// of the length that they may have.
   void find_stretched(std::int32_t body, const LinkSolver& links, double tolerance,
                       const Motion& motion, std::vector<LinkLimit>& stretched) const;
-  /// Adds their rows, of all these bodies. Returns whether there are any.
-  bool add_stretched(const std::vector<std::int32_t>& bodies, const LinkSolver& links,
-                     double tolerance, ContactConstraints& constraints, const Motion& motion) const;
 
   double limit_;  // of the length, as a multiple of the rest length; 0: none
 };
