@@ -152,19 +152,24 @@ void ContactCache::find_drifts(const Motion& motion) {
   }
 }
 
-void ContactCache::take(const std::vector<Contact>& found, Span<const double> near_distances) {
+void ContactCache::take(std::vector<Contact>&& found, Span<const double> near_distances) {
   const auto both_stay = [this](const Contact& contact) {
     return stays_[contact.body_a] && stays_[contact.body_b];
   };
   LAZYCCD_ASSERT(near_distances.size() == stays_.size(), "each body has a distance from others");
   LAZYCCD_ASSERT(std::none_of(found.begin(), found.end(), both_stay),
                  "a detection leaves out the pairs of bodies that stay in place");
+  if (std::find(stays_.begin(), stays_.end(), 1) == stays_.end()) contacts_.clear();
   contacts_.erase(std::remove_if(contacts_.begin(), contacts_.end(),
                                  [&](const Contact& contact) { return !both_stay(contact); }),
                   contacts_.end());
-  merged_.resize(contacts_.size() + found.size());
-  std::merge(contacts_.begin(), contacts_.end(), found.begin(), found.end(), merged_.begin());
-  contacts_.swap(merged_);
+  if (contacts_.empty()) {
+    contacts_.swap(found);
+  } else {
+    merged_.resize(contacts_.size() + found.size());
+    std::merge(contacts_.begin(), contacts_.end(), found.begin(), found.end(), merged_.begin());
+    contacts_.swap(merged_);
+  }
   LAZYCCD_ASSERT(are_sorted(contacts_), "kept and found contacts are sorted, none twice");
   for (std::size_t body = 0; body < stays_.size(); ++body)
     if (!stays_[body]) near_distances_[body] = near_distances[body];

@@ -39,8 +39,9 @@ class ContactCache {
   /// of each with itself.
   Span<const char> stays() const { return stays_; }
   /// After begin() returned false: takes the contacts of a detection without those pairs. They are
-  /// sorted. `near_distances`: as Detector::near_distances() of that detection.
-  void take(const std::vector<Contact>& found, Span<const double> near_distances);
+  /// sorted; other memory takes their place. `near_distances`: as Detector::near_distances() of
+  /// that detection.
+  void take(std::vector<Contact>&& found, Span<const double> near_distances);
   /// The near contacts of all bodies, sorted.
   Span<const Contact> contacts() const { return contacts_; }
   /// True if it is certain that bodies that stay touch neither each other nor themselves in the

@@ -78,16 +78,10 @@ inline bool start_satisfies(const ContactRow& row, const Motion& motion) {
   return row.target_gap <= row.start_gap + rounding_of_gap(row, motion);
 }
 
-/// Whether the normals of rows of one pair, from `first` on, point to one side. This is asked of
-/// contacts at the start of the step alone: a pair that meets later, and turns, may meet again from
-/// the other side.
-inline bool have_one_sign(const std::vector<ContactRow>& rows, std::size_t first) {
-  const ContactRow& last = rows.back();
-  return last.contact.toi > 0 || std::all_of(rows.begin() + static_cast<std::ptrdiff_t>(first),
-                                             rows.end(), [&](const ContactRow& row) {
-                                               return row.contact.toi > 0 ||
-                                                      row.normal.dot(last.normal) >= 0;
-                                             });
+/// Whether the normals of two rows of a pair point to one side. This is asked of contacts at the
+/// start of the step alone: a pair that meets later, and turns, may meet again from the other side.
+inline bool have_one_sign(const ContactRow& a, const ContactRow& b) {
+  return a.contact.toi > 0 || b.contact.toi > 0 || a.normal.dot(b.normal) >= 0;
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

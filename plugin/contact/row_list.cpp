@@ -1,7 +1,6 @@
 #include "contact/row_list.h"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 #include "contact/contact_checks.h"
@@ -10,21 +9,17 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-void RowList::clear() {
-  made_index_.clear();
-  may_need_split_.clear();
-  near_ = {};
-  factory_.reset();
+RowList::RowList(std::vector<ContactRow> rows) : made_(std::move(rows)), made_count_(made_.size()) {
+  LAZYCCD_ASSERT(are_in_order(made_), "rows of a list are in the order of their contacts");
+  for (std::size_t i = 0; i < made_count_; ++i)
+    entries_.push_back({-1, static_cast<std::int32_t>(i), false});
 }
 
-void RowList::take(std::vector<ContactRow>& rows) {
-  LAZYCCD_ASSERT(are_in_order(rows), "rows of a list are in the order of their contacts");
-  clear();
-  made_.swap(rows);
-  made_count_ = made_.size();
-  made_index_.resize(made_count_);
-  std::iota(made_index_.begin(), made_index_.end(), 0);
-  may_need_split_.assign(made_count_, 0);
+void RowList::clear() {
+  entries_.clear();
+  made_count_ = 0;
+  near_ = {};
+  factory_.reset();
 }
 
 void RowList::take(const NearContacts& near, const RowFactory& factory) {
@@ -34,28 +29,32 @@ void RowList::take(const NearContacts& near, const RowFactory& factory) {
                  "near contacts of a list are in order");
   near_ = near;
   factory_ = factory;
-  made_index_.assign(near.contacts.size(), -1);
-  may_need_split_.assign(near.contacts.size(), 0);
+  entries_.resize(near.contacts.size());
+  for (std::size_t i = 0; i < entries_.size(); ++i)
+    entries_[i] = {static_cast<std::int32_t>(i), -1, false};
   made_count_ = 0;
-  if (made_.capacity() < made_index_.size()) made_.clear();  // no copies of old rows
-  made_.reserve(made_index_.size());                         // references to rows stay valid
+  if (made_.capacity() < size()) made_.clear();  // no copies of old rows
+  reserve(size());
+}
+
+void RowList::reserve(std::size_t rows) {
+  if (made_.capacity() < rows)
+    made_.reserve(std::max(rows, made_.capacity() + made_.capacity() / 2));
 }
 
 void RowList::make(std::size_t i, ContactRow& row) const {
-  factory_->make(near_.contacts[i], row);
-  row.can_act = near_.estimates[i].can_act;
+  factory_->make(near_.contacts[entries_[i].near], row);
+  row.can_act = estimate(i).can_act;
   // Not where a contact comes near later: the normal is that of the time of impact, and what turns
   // may start beyond the half-space of the row.
   LAZYCCD_ASSERT(row.contact.toi > 0 || start_satisfies(row, factory_->motion()),
                  "the start of the step satisfies the row of what is near then");
 }
 
-void RowList::copy(std::size_t i, std::vector<ContactRow>& to) const {
-  if (is_made(i)) {
-    to.push_back(made_[made_index_[i]]);
-  } else {
-    make(i, to.emplace_back());
-  }
+bool RowList::have_one_sign(std::size_t first) const {
+  for (std::size_t i = first; i < size(); ++i)
+    if (!bullet::have_one_sign(made(i), made(size() - 1))) return false;
+  return true;
 }
 
 std::size_t RowList::find(const Contact& contact, std::size_t first) const {

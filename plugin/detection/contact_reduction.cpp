@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <utility>
 
 #include "settings.h"
 
@@ -81,26 +83,50 @@ void make_constraint_key(const Contact& contact, ConstraintKey& key) {
   key.hash = hash_of(key.points);
 }
 
-void ContactReduction::reduce(std::vector<ReductionEntry>& entries) {
-  std::size_t slots = 2;
-  while (slots < 2 * entries.size()) slots *= 2;
-  constexpr std::int32_t empty_slot = -1;
-  table_.assign(slots, empty_slot);
+void ContactReduction::reduce(std::vector<ReductionEntry>& entries, const Threads& threads) {
+  std::size_t lists = 1;
+  while (lists < entries.size()) lists *= 2;
+  by_hash_.reserve(lists, entries.size());
+  by_hash_.empty_first(lists);
+  constexpr std::size_t grain = 2048;  // more work than it costs to distribute it
+  const auto add = [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const ConstraintKey& key = entries[i].key;
+      if (key.kind == ConstraintKey::shared)
+        by_hash_.add(key.hash & (lists - 1), static_cast<std::int32_t>(i));
+    }
+  };
+  const auto reduce_lists = [&](std::size_t first, std::size_t last) {
+    for (std::size_t list = first; list < last; ++list) reduce(list, entries);
+  };
+  threads.parallel_for(entries.size(), grain, std::cref(add));
+  threads.parallel_for(lists, grain, std::cref(reduce_lists));
+}
+
+// Moves the contacts to another list, one after the other. It has one contact for each key.
+void ContactReduction::reduce(std::size_t list, std::vector<ReductionEntry>& entries) {
   const auto entry_at = [&](std::int32_t index) -> ReductionEntry& {
     return entries[static_cast<std::size_t>(index)];
   };
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    ReductionEntry& entry = entries[i];
-    if (entry.key.kind != ConstraintKey::shared) continue;
-    const Words& words = entry.key.points;
-    std::size_t slot = entry.key.hash & (slots - 1);
-    while (table_[slot] != empty_slot && entry_at(table_[slot]).key.points != words)
-      slot = (slot + 1) & (slots - 1);
-    const auto index = static_cast<std::int32_t>(i), other = table_[slot];
-    // Selects without a branch: which contact is nearer is unpredictable.
-    const bool is_nearer = other == empty_slot || entry.gap < entry_at(other).gap;
-    table_[slot] = is_nearer ? index : other;
-    if (other != empty_slot) entry_at(is_nearer ? other : index).key.kind = ConstraintKey::none;
+  std::int32_t kept = ParallelLists::none;
+  for (std::int32_t i = by_hash_.first(list), next; i != ParallelLists::none; i = next) {
+    next = by_hash_.next(i);
+    std::int32_t* same = &kept;
+    while (*same != ParallelLists::none && entry_at(*same).key.points != entry_at(i).key.points)
+      same = &by_hash_.next(*same);
+    if (*same == ParallelLists::none) {
+      by_hash_.next(i) = ParallelLists::none;
+      *same = i;
+      continue;
+    }
+    const std::int32_t other = *same;
+    const bool is_nearer =
+        std::make_pair(entry_at(i).gap, i) < std::make_pair(entry_at(other).gap, other);
+    if (is_nearer) {
+      by_hash_.next(i) = by_hash_.next(other);
+      *same = i;
+    }
+    entry_at(is_nearer ? other : i).key.kind = ConstraintKey::none;
   }
 }
 

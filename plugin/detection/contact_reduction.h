@@ -7,11 +7,14 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "lazyccd/bullet/precision.h"
 #include "lazyccd/contact.h"
+#include "lazyccd/threads.h"
+#include "detection/parallel_lists.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -43,10 +46,13 @@ class ContactReduction {
  public:
   /// Keeps one of the contacts with equal keys: the nearest one, or the first of equally near ones.
   /// Sets the kind of the others to ConstraintKey::none.
-  void reduce(std::vector<ReductionEntry>& entries);
+  void reduce(std::vector<ReductionEntry>& entries, const Threads& threads);
 
  private:
-  std::vector<std::int32_t> table_;  ///< hash table by key: index of the nearest contact, or -1
+  /// Does the same for the contacts of a list.
+  void reduce(std::size_t list, std::vector<ReductionEntry>& entries);
+
+  ParallelLists by_hash_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

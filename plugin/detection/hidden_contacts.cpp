@@ -1,8 +1,9 @@
 #include "detection/hidden_contacts.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
-#include <utility>
+#include <functional>
 
 #include "settings.h"
 #include "util/profile.h"
@@ -11,74 +12,82 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-constexpr std::int32_t none = -1;
+constexpr std::size_t grain = 1024;  // contacts; more work than it costs to distribute them
 
 bool is_b(std::int32_t side) { return side % 2 != 0; }
-const Contact& contact_of(std::int32_t side, Span<const Contact> contacts) {
-  return contacts[static_cast<std::size_t>(side / 2)];
+
+bool is_of_vertex(const Contact& contact, bool is_b) {
+  return contact.kind == ContactKind::vertex_face && !is_b;
 }
-std::int32_t primitive_of(const Contact& contact, bool is_b) {
-  return is_b ? contact.primitive_b : contact.primitive_a;
+
+// Vertices, faces and edges have lists of their own, in turn.
+std::size_t list_of(const Contact& contact, bool is_b) {
+  const int kind = contact.kind == ContactKind::edge_edge ? 2 : is_b ? 1 : 0;
+  return 3 * static_cast<std::size_t>(is_b ? contact.primitive_b : contact.primitive_a) + kind;
+}
+
+// So many lists include those of all primitives of the contacts.
+std::size_t count_lists(Span<const Contact> contacts, const Threads& threads) {
+  std::atomic<std::int32_t> largest{0};  // relaxed: read after the end of the parallel loop
+  const auto range = [&](std::size_t first, std::size_t last) {
+    std::int32_t of_range = 0;
+    for (std::size_t i = first; i < last; ++i)
+      of_range = std::max({of_range, contacts[i].primitive_a, contacts[i].primitive_b});
+    std::int32_t of_others = largest.load(std::memory_order_relaxed);
+    while (of_others < of_range &&
+           !largest.compare_exchange_weak(of_others, of_range, std::memory_order_relaxed)) {
+    }
+  };
+  threads.parallel_for(contacts.size(), grain, std::cref(range));
+  return 3 * (static_cast<std::size_t>(largest.load(std::memory_order_relaxed)) + 1);
+}
+
+bool is_of_soft_body(const Contact& contact, bool is_b, const Motion& motion) {
+  return motion.rigid_of_body[is_b ? contact.body_b : contact.body_a] < 0;
 }
 
 }  // namespace
 
-void HiddenContacts::make_lists(const NearContacts& near, const Motion& motion,
-                                const std::vector<ReductionEntry>& entries) {
-  if (!are_cleared_) {
-    for (std::vector<Side>* first : {&first_of_vertex_, &first_of_face_, &first_of_edge_})
-      first->clear();
-  }
-  are_cleared_ = false;
-  next_.resize(2 * near.contacts.size());
-  for (std::vector<Side>& sides : multiple_) sides.clear();
-  for (std::size_t i = 0; i < near.contacts.size(); ++i) {
-    if (entries[i].key.kind == ConstraintKey::none || !near.estimates[i].can_act) continue;
-    const Contact& contact = near.contacts[i];
-    for (const bool b : {false, true}) {
-      if (motion.rigid_of_body[b ? contact.body_b : contact.body_a] >= 0) continue;
-      std::vector<Side>& first = first_of(contact.kind, b);
-      const auto primitive = static_cast<std::size_t>(primitive_of(contact, b));
-      if (primitive >= first.size()) first.resize(2 * primitive + 1, none);
-      const auto side = static_cast<Side>(2 * i + b);
-      next_[side] = std::exchange(first[primitive], side);
-      if (next_[side] != none && next_[next_[side]] == none)
-        multiple_[contact.kind == ContactKind::vertex_face && !b ? 0 : 1].push_back(side);
-    }
-  }
-  for (std::vector<Side>& sides : multiple_) {
-    for (Side& side : sides) {
-      const Contact& contact = contact_of(side, near.contacts);
-      side = first_of(contact.kind, is_b(side))[primitive_of(contact, is_b(side))];
-    }
-  }
-  clear_lists(near.contacts);
+template <class Each>
+void HiddenContacts::for_each_contact(const Input& input, const Each& each) {
+  const auto range = [&each](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) each(i);
+  };
+  input.threads.parallel_for(input.near.contacts.size(), grain, std::cref(range));
 }
 
-// The sides in multiple_ and next_ are all that is needed of the lists.
-void HiddenContacts::clear_lists(Span<const Contact> contacts) {
-  for (const Contact& contact : contacts) {
-    for (const bool b : {false, true}) {
-      std::vector<Side>& first = first_of(contact.kind, b);
-      const auto primitive = static_cast<std::size_t>(primitive_of(contact, b));
-      if (primitive < first.size()) first[primitive] = none;
-    }
-  }
-  are_cleared_ = true;
-}
-
-void HiddenContacts::find_points(Span<const Contact> contacts, const Motion& motion,
-                                 const Threads& threads) {
-  is_listed_.assign(contacts.size(), 0);
-  for (const std::vector<Side>& sides : multiple_)
-    for (const Side first : sides)
-      for (Side side = first; side != none; side = next_[side]) is_listed_[side / 2] = 1;
-  points_.resize(contacts.size());
-  constexpr std::size_t grain = 512;  // contacts; more work than it costs to distribute them
-  threads.parallel_for(contacts.size(), grain, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i)
-      if (is_listed_[i]) points_[i] = points_of(contacts[i], motion);
+void HiddenContacts::make_lists(const Input& input) {
+  const Span<const Contact> contacts = input.near.contacts;
+  lists_.reserve(count_lists(contacts, input.threads), 2 * contacts.size());
+  if (!are_empty_) lists_.empty_first(lists_.list_count());
+  are_empty_ = false;
+  is_listed_.resize(contacts.size());
+  for_each_contact(input, [&](std::size_t i) {
+    is_listed_[i] =
+        input.entries[i].key.kind != ConstraintKey::none && input.near.estimates[i].can_act;
+    if (!is_listed_[i]) return;
+    for (const bool b : {false, true})
+      if (is_of_soft_body(contacts[i], b, input.motion))
+        lists_.add(list_of(contacts[i], b), static_cast<Side>(2 * i + b));
   });
+}
+
+bool HiddenContacts::find_points(const Input& input) {
+  const Span<const Contact> contacts = input.near.contacts;
+  points_.resize(contacts.size());
+  std::atomic<bool> any{false};  // relaxed: read after the end of the parallel loop
+  for_each_contact(input, [&](std::size_t i) {
+    const auto has_others = [&](bool b) {
+      return is_of_soft_body(contacts[i], b, input.motion) &&
+             lists_.has_others(list_of(contacts[i], b), static_cast<Side>(2 * i + b));
+    };
+    is_listed_[i] = is_listed_[i] && (has_others(false) || has_others(true));
+    if (!is_listed_[i]) return;
+    points_[i] = points_of(contacts[i], input.motion);
+    // Stored once: threads that all write the same place wait for each other.
+    if (!any.load(std::memory_order_relaxed)) any.store(true, std::memory_order_relaxed);
+  });
+  return any.load(std::memory_order_relaxed);
 }
 
 HiddenContacts::Points HiddenContacts::points_of(const Contact& contact, const Motion& motion) {
@@ -94,12 +103,12 @@ HiddenContacts::Points HiddenContacts::points_of(const Contact& contact, const M
   return points;
 }
 
-bool HiddenContacts::hides(Side nearer, Side farther, Span<const Contact> contacts) const {
+bool HiddenContacts::hides(const Input& input, Side nearer, Side farther) const {
   const Points &near = points_[nearer / 2], &far = points_[farther / 2];
   const auto &own_near = is_b(nearer) ? near.b : near.a,
              &other_near = is_b(nearer) ? near.a : near.b;
   const auto &own_far = is_b(farther) ? far.b : far.a, &other_far = is_b(farther) ? far.a : far.b;
-  const Contact& contact = contact_of(nearer, contacts);
+  const Contact &contact = input.contact_of(nearer), &hidden = input.contact_of(farther);
   const std::array<float, 3>& n = contact.normal;
   const Vector3d to_nearer = (is_b(nearer) ? 1 : -1) * Vector3d(n[0], n[1], n[2]);
   for (const int time : {0, 1}) {
@@ -108,19 +117,17 @@ bool HiddenContacts::hides(Side nearer, Side farther, Span<const Contact> contac
         (own_far[time] - own_near[time]).norm() + settings::detection::hidden_slope * way.norm())
       return false;
   }
-  const Contact& hidden = contact_of(farther, contacts);
   return stop_each_other_(is_b(nearer) ? contact.body_a : contact.body_b,
                           is_b(farther) ? hidden.body_a : hidden.body_b);
 }
 
-void HiddenContacts::find_hidden(Side first, Span<const Contact> contacts,
-                                 const std::vector<ReductionEntry>& entries,
-                                 std::vector<SideByGap>& list) {
+void HiddenContacts::find_hidden(const Input& input, Side first, std::vector<SideByGap>& list) {
   list.clear();
-  for (Side side = first; side != none; side = next_[side]) {
-    const bool is_vertex_face = contact_of(side, contacts).kind == ContactKind::vertex_face;
+  for (Side side = first; side != ParallelLists::none; side = lists_.next(side)) {
+    const bool is_vertex_face = input.contact_of(side).kind == ContactKind::vertex_face;
     const Side of_vertex = side - side % 2;
-    if (!is_vertex_face || !hidden_[of_vertex]) list.emplace_back(entries[side / 2].gap, side);
+    if (!is_vertex_face || !hidden_[of_vertex])
+      list.emplace_back(input.entries[side / 2].gap, side);
   }
   std::sort(list.begin(), list.end());
   std::size_t unhidden = 0;  // so many of the list; they come first
@@ -128,31 +135,51 @@ void HiddenContacts::find_hidden(Side first, Span<const Contact> contacts,
     const SideByGap farther = list[k];
     const std::size_t last = std::min(unhidden, settings::detection::max_hiding);
     std::size_t i = 0;
-    while (i < last && !hides(list[i].second, farther.second, contacts)) ++i;
+    while (i < last && !hides(input, list[i].second, farther.second)) ++i;
     hidden_[farther.second] = i < last;
     if (i == last) list[unhidden++] = farther;
   }
 }
 
+void HiddenContacts::find_hidden(const Input& input, bool of_vertices) {
+  const Span<const Contact> contacts = input.near.contacts;
+  const std::size_t parts = (contacts.size() + grain - 1) / grain;
+  if (scratch_.size() < parts) scratch_.resize(parts);
+  const auto look_through = [&](std::size_t part) {
+    for (std::size_t i = part * grain; i < std::min((part + 1) * grain, contacts.size()); ++i) {
+      if (!is_listed_[i]) continue;
+      for (const bool b : {false, true}) {
+        const auto side = static_cast<Side>(2 * i + b);
+        if (is_of_vertex(contacts[i], b) == of_vertices &&
+            lists_.first(list_of(contacts[i], b)) == side &&
+            lists_.next(side) != ParallelLists::none)
+          find_hidden(input, side, scratch_[part]);
+      }
+    }
+  };
+  const auto range = [&look_through](std::size_t first, std::size_t last) {
+    for (std::size_t part = first; part < last; ++part) look_through(part);
+  };
+  input.threads.parallel_for(parts, 1, std::cref(range));
+}
+
 void HiddenContacts::drop(const NearContacts& near, const Motion& motion, const Threads& threads,
                           std::vector<ReductionEntry>& entries) {
   LAZYCCD_BT_PROFILE("hidden");
-  make_lists(near, motion, entries);
-  if (multiple_[0].empty() && multiple_[1].empty()) return;
-  find_points(near.contacts, motion, threads);
-  hidden_.assign(next_.size(), 0);
-  // Vertices first: most of what faces would look through is hidden then.
-  for (const std::vector<Side>& sides : multiple_) {
-    constexpr std::size_t grain = 64;  // lists; more work than it costs to distribute them
-    const std::size_t parts = (sides.size() + grain - 1) / grain;
-    if (scratch_.size() < parts) scratch_.resize(parts);
-    threads.parallel_for(parts, 1, [&](std::size_t first, std::size_t last) {
-      for (std::size_t i = first * grain; i < std::min(last * grain, sides.size()); ++i)
-        find_hidden(sides[i], near.contacts, entries, scratch_[i / grain]);
-    });
+  const Input input = {near, motion, threads, entries};
+  make_lists(input);
+  const bool any = find_points(input);
+  if (any) {
+    hidden_.assign(2 * near.contacts.size(), 0);
+    // Vertices first: most of what faces would look through is hidden then.
+    find_hidden(input, true);
+    find_hidden(input, false);
   }
-  for (std::size_t side = 0; side < hidden_.size(); ++side)
-    if (hidden_[side]) entries[side / 2].key.kind = ConstraintKey::none;
+  for_each_contact(input, [&](std::size_t i) {
+    if (any && (hidden_[2 * i] || hidden_[2 * i + 1])) entries[i].key.kind = ConstraintKey::none;
+    for (const bool b : {false, true}) lists_.empty(list_of(near.contacts[i], b));
+  });
+  are_empty_ = true;
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

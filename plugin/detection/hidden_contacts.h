@@ -26,6 +26,7 @@
 #include "lazyccd/span.h"
 #include "lazyccd/threads.h"
 #include "motion/motion.h"
+#include "detection/parallel_lists.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -55,36 +56,40 @@ class HiddenContacts {
     std::array<Vector3d, 2> a, b;
   };
 
-  /// By primitive: the first side in the list of its contacts, which next_ links; -1: none.
-  std::vector<Side>& first_of(ContactKind kind, bool is_b) {
-    return kind == ContactKind::edge_edge ? first_of_edge_
-           : is_b                         ? first_of_face_
-                                          : first_of_vertex_;
-  }
-  /// Makes the lists of the primitives of soft bodies, and finds those with several contacts.
-  void make_lists(const NearContacts& near, const Motion& motion,
-                  const std::vector<ReductionEntry>& entries);
-  void clear_lists(Span<const Contact> contacts);
+  /// What a call of drop() works on.
+  struct Input {
+    const NearContacts& near;
+    const Motion& motion;
+    const Threads& threads;
+    const std::vector<ReductionEntry>& entries;
+
+    const Contact& contact_of(Side side) const {
+      return near.contacts[static_cast<std::size_t>(side / 2)];
+    }
+  };
+
+  /// Calls each(i) for each contact, on several threads.
+  template <class Each>
+  static void for_each_contact(const Input& input, const Each& each);
+  /// Makes the lists of the primitives of soft bodies.
+  void make_lists(const Input& input);
+  /// Sets points_ and is_listed_. Returns whether any primitive has several contacts.
+  bool find_points(const Input& input);
   static Points points_of(const Contact& contact, const Motion& motion);
-  /// Sets points_ of the contacts in these lists.
-  void find_points(Span<const Contact> contacts, const Motion& motion, const Threads& threads);
+  /// Looks through the lists with several contacts: those of vertices, or all others.
+  void find_hidden(const Input& input, bool of_vertices);
   /// Marks the contacts in the list from this side on that others of them hide. Contacts of
   /// vertices that are hidden already take no part. `list`: scratch memory.
-  void find_hidden(Side first, Span<const Contact> contacts,
-                   const std::vector<ReductionEntry>& entries, std::vector<SideByGap>& list);
-  bool hides(Side nearer, Side farther, Span<const Contact> contacts) const;
+  void find_hidden(const Input& input, Side first, std::vector<SideByGap>& list);
+  bool hides(const Input& input, Side nearer, Side farther) const;
 
   StopEachOther stop_each_other_;
-  std::vector<Side> first_of_vertex_, first_of_face_, first_of_edge_;  // see first_of()
-  std::vector<Side> next_;   // by side; -1: the last of its list
-  bool are_cleared_ = true;  // false: a failure has left lists
-  /// First sides of the lists with several contacts: of vertices; of faces and edges. They are
-  /// looked through in this order.
-  std::array<std::vector<Side>, 2> multiple_;
-  std::vector<std::vector<SideByGap>> scratch_;  // by part of the lists
-  std::vector<std::uint8_t> is_listed_;          // by contact: whether it is in such a list
-  std::vector<Points> points_;                   // by contact, if so
-  std::vector<std::uint8_t> hidden_;  // by side: whether the contact is hidden, seen from there
+  ParallelLists lists_;                          // of sides, by primitive
+  bool are_empty_ = true;                        // false: a failure has left lists
+  std::vector<std::vector<SideByGap>> scratch_;  // by part of the contacts
+  std::vector<std::uint8_t> is_listed_;  // by contact: whether one of its primitives has others
+  std::vector<Points> points_;           // by contact, if so
+  std::vector<std::uint8_t> hidden_;     // by side: whether the contact is hidden, seen from there
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
+#include <numeric>
 
 #include "contact/contact_checks.h"
 #include "lazyccd/debug/assert.h"
@@ -157,18 +159,39 @@ NearContacts NearContactSelector::select(Span<const Contact> found, const Contac
   threads.parallel_for(found.size(), grain, [&](std::size_t first, std::size_t last) {
     evaluate_range(found, first, last, filter, may_act, motion);
   });
-  reduction_.reduce(entries_);
+  reduction_.reduce(entries_, threads);
   hidden_.drop({found, estimates_}, motion, threads, entries_);
-  selected_.resize(found.size());
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    const bool is_selected = entries_[i].key.kind != ConstraintKey::none;
-    estimates_[i].can_act = estimates_[i].can_act && is_selected;
-    selected_[count] = pair_key_of(found[i]);
-    count += is_selected;
-  }
-  selected_.resize(count);
+  take_selected(found, threads);
   return {found, estimates_};
+}
+
+void NearContactSelector::take_selected(Span<const Contact> found, const Threads& threads) {
+  constexpr std::size_t grain = 2048;  // more work than it costs to distribute it
+  const std::size_t parts = (found.size() + grain - 1) / grain;
+  first_of_part_.assign(parts + 1, 0);
+  const auto for_each_part = [&](const auto& each) {
+    const auto range = [&](std::size_t first, std::size_t last) {
+      for (std::size_t part = first; part < last; ++part)
+        each(part, part * grain, std::min((part + 1) * grain, found.size()));
+    };
+    threads.parallel_for(parts, 1, std::cref(range));
+  };
+  const auto is_selected = [this](std::size_t i) {
+    return entries_[i].key.kind != ConstraintKey::none;
+  };
+  for_each_part([&](std::size_t part, std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      estimates_[i].can_act = estimates_[i].can_act && is_selected(i);
+      first_of_part_[part + 1] += is_selected(i);
+    }
+  });
+  std::partial_sum(first_of_part_.begin(), first_of_part_.end(), first_of_part_.begin());
+  selected_.resize(first_of_part_.back());
+  for_each_part([&](std::size_t part, std::size_t first, std::size_t last) {
+    std::size_t place = first_of_part_[part];
+    for (std::size_t i = first; i < last; ++i)
+      if (is_selected(i)) selected_[place++] = pair_key_of(found[i]);
+  });
 }
 
 NearContacts NearContactSelector::evaluate_all(Span<const Contact> found, const MayAct& may_act,

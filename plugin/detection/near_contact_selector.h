@@ -85,6 +85,8 @@ class NearContactSelector {
   /// Evaluates found[first] to found[last - 1], filters them and makes their keys.
   void evaluate_range(Span<const Contact> found, std::size_t first, std::size_t last,
                       const ContactFilter& filter, const MayAct& may_act, const Motion& motion);
+  /// Deselects the pairs that were dropped, and sets selected_ to the others.
+  void take_selected(Span<const Contact> found, const Threads& threads);
 
   /// A member and not a namespace-scope constant, because worlds may be stepped before the
   /// constants of this file are initialised.
@@ -95,6 +97,7 @@ class NearContactSelector {
   /// One element for each pair in `found`.
   std::vector<ReductionEntry> entries_;
   std::vector<RowEstimate> estimates_;
+  std::vector<std::size_t> first_of_part_;  ///< scratch memory of take_selected()
   ContactReduction reduction_;
   HiddenContacts hidden_;
   std::atomic<bool> any_responds_{false};  // relaxed: read after the end of the parallel loop

@@ -353,7 +353,8 @@ Span<const Contact> StepDetector::find_near_with_detector() {
     keeps_some_ = std::find(stays.begin(), stays.end(), 1) != stays.end();
     rest_changed_ = near_detector_->set_resting(stays);
   }
-  const Span<const Contact> near = near_detector_->detect(motion_.starts(), motion_.ends());
+  near_detector_->detect(motion_.starts(), motion_.ends());
+  constrained_ = near_detector_->take_contacts(std::move(constrained_));
   detected_near_ = true;
   const Stats& stats = near_detector_->stats();
   counts_.started_ahead += stats.started_ahead;
@@ -361,9 +362,9 @@ Span<const Contact> StepDetector::find_near_with_detector() {
   counts_.listed_candidates += stats.listed_candidates;
   prediction_.compare(motion_, stats.candidates_vf + stats.candidates_ee);
   any_near_ = stats.near_pairs > 0 || leaves_out_any() || (any_near_ && keeps_some_);
-  internal_edges_.remove(near, constrained_);
+  internal_edges_.remove(constrained_);
   if (!may_keep_near_) return constrained_;
-  cache_.take(constrained_, near_detector_->near_distances());
+  cache_.take(std::move(constrained_), near_detector_->near_distances());
   return cache_.contacts();
 }
 

@@ -83,28 +83,35 @@ void InternalEdges::leave_out(const ObstaclePairs& obstacle, Span<const Edge> ed
   }
 }
 
-void InternalEdges::remove(Span<const Contact> found, std::vector<Contact>& kept) const {
-  kept.clear();
-  std::int32_t body_a = -1, body_b = -1;
-  double thickness = 0;
-  for (const Contact& contact : found) {
-    if (contact.body_a != body_a || contact.body_b != body_b) {
-      body_a = contact.body_a;
-      body_b = contact.body_b;
-      thickness = surfaces_.of(body_a, body_b).thickness;
+void InternalEdges::remove(std::vector<Contact>& contacts) const {
+  auto kept = contacts.begin();
+  for (auto first = contacts.begin(), last = first; first != contacts.end(); first = last) {
+    const std::int32_t a = first->body_a, b = first->body_b;
+    last = std::partition_point(first, contacts.end(), [a, b](const Contact& contact) {
+      return contact.body_a == a && contact.body_b == b;
+    });
+    auto last_kept = last;
+    if (may_need_none(a, b)) {
+      const double thickness = surfaces_.of(a, b).thickness;
+      last_kept = std::remove_if(first, last, [&](const Contact& contact) {
+        return !needs_constraint(contact, thickness);
+      });
     }
-    if (needs_constraint(contact, thickness)) kept.push_back(contact);
+    kept = kept == first ? last_kept : std::move(first, last_kept, kept);
   }
+  contacts.erase(kept, contacts.end());
+}
+
+bool InternalEdges::may_need_none(std::int32_t body_a, std::int32_t body_b) const {
+  const auto is_soft = [this](std::int32_t body) { return topology_.bodies()[body].soft; };
+  return !(is_soft(body_a) && is_soft(body_b)) && !is_movable(is_soft(body_a) ? body_b : body_a);
 }
 
 bool InternalEdges::needs_constraint(const Contact& contact, double thickness) const {
-  const auto is_soft = [this](std::int32_t body) { return topology_.bodies()[body].soft; };
-  if (is_soft(contact.body_a) && is_soft(contact.body_b)) return true;
-  if (is_movable(is_soft(contact.body_a) ? contact.body_b : contact.body_a)) return true;
   // What is pressed closer is held by all that it has.
   if (contact.toi == 0 && gap_at_start(contact) < settings::internal_edges::max_sag * thickness)
     return true;
-  return contact.kind == ContactKind::vertex_face && is_soft(contact.body_a)
+  return contact.kind == ContactKind::vertex_face && topology_.bodies()[contact.body_a].soft
              ? !is_beyond_edge(contact, thickness)
              : !is_internal(contact, thickness);
 }

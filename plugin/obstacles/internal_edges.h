@@ -43,15 +43,17 @@ class InternalEdges {
   Span<const char> edges_left_out() const { return edges_left_out_; }
   Span<const char> vertices_left_out() const { return vertices_left_out_; }
 
-  /// Sets `kept` to the contacts of `found` that need a constraint, in the same order. Left
-  /// out are those with edges and vertices of obstacles, if a soft body sinks in between these by
-  /// less than half of the thickness. So are those of a vertex with a face beyond such an edge.
-  /// What starts nearer than half of the thickness is kept.
-  void remove(Span<const Contact> found, std::vector<Contact>& kept) const;
+  /// Removes those of the contacts, which are sorted, that need no constraint. These are contacts
+  /// with edges and vertices of obstacles, if a soft body sinks in between these by less than half
+  /// of the thickness. So are those of a vertex with a face beyond such an edge. What starts nearer
+  /// than half of the thickness is kept.
+  void remove(std::vector<Contact>& contacts) const;
 
  private:
   // Finds what of an obstacle may be left out. Only the soft bodies that meet it count.
   void leave_out(const ObstaclePairs& obstacle, Span<const Edge> edges, double largest_thickness);
+  /// Whether some contact of these bodies may need no constraint.
+  bool may_need_none(std::int32_t body_a, std::int32_t body_b) const;
   bool needs_constraint(const Contact& contact, double thickness) const;
   // The first is about a contact of a soft edge or face with an edge or vertex of an obstacle. The
   // second is about one of a soft vertex with a face of an obstacle.

@@ -190,44 +190,21 @@ void ContactConstraints::cold_start(Motion& motion) {
 }
 
 template <class Make>
-void ContactConstraints::merge(const std::vector<Contact>& contacts, const Motion& motion,
-                               const Make& make) {
-  LAZYCCD_ASSERT(std::is_sorted(contacts.begin(), contacts.end()),
-                 "contacts that become rows are in order");
+void ContactConstraints::add_rows(const std::vector<Contact>& contacts, const Motion& motion,
+                                  const Make& make) {
   active_rows_.reset();
   islands_are_current_ = false;
-  merged_.clear();
-  merged_.reserve(rows_.size() + contacts.size());
-  std::size_t old = 0;
-  // Copies an old row, unless it was never made and no impulse can act on it.
-  const auto keep = [&] {
-    if (rows_.can_act(old) || rows_.is_made(old)) rows_.copy(old, merged_);
-    ++old;
-  };
-  for (const Contact& contact : contacts) {
-    while (old < rows_.size() && rows_.contact(old) < contact) keep();
-    const std::size_t first_of_pair = merged_.size();
-    for (; old < rows_.size() && !(contact < rows_.contact(old)); ++old) {
-      if (!rows_.is_made(old)) continue;
-      const ContactRow& row = rows_[old];
-      if (row.has_impulse() || row.split_impulse > 0) merged_.push_back(row);
-    }
-    make(contact, merged_.emplace_back());
-    LAZYCCD_ASSERT(have_one_sign(merged_, first_of_pair),
-                   "rows of a pair that is in contact at the start have one sign");
-    LAZYCCD_ASSERT(start_satisfies(merged_.back(), motion),
-                   "the start of the step satisfies an added row");
-  }
-  while (old < rows_.size()) keep();
-  LAZYCCD_ASSERT(are_in_order(merged_), "merged rows are in the order of their contacts");
-  rows_.take(merged_);
+  rows_.add(contacts, [&](const Contact& contact, ContactRow& row) {
+    make(contact, row);
+    LAZYCCD_ASSERT(start_satisfies(row, motion), "the start of the step satisfies an added row");
+  });
 }
 
 bool ContactConstraints::add(const std::vector<Contact>& contacts, const Motion& motion) {
   LAZYCCD_ASSERT(are_sorted(contacts), "contacts that become rows are sorted, none twice");
   const RowFactory factory(surfaces_, position_correction_, motion);
   bool any_can_act = false;
-  merge(contacts, motion, [&](const Contact& contact, ContactRow& row) {
+  add_rows(contacts, motion, [&](const Contact& contact, ContactRow& row) {
     factory.make(contact, row);
     row.touched = true;
     any_can_act = any_can_act || row.can_act;
@@ -238,7 +215,7 @@ bool ContactConstraints::add(const std::vector<Contact>& contacts, const Motion&
 void ContactConstraints::add_penetrations(const std::vector<Contact>& contacts, double speed,
                                           const Motion& motion) {
   const RowFactory factory(surfaces_, position_correction_, motion);
-  merge(contacts, motion, [&](const Contact& contact, ContactRow& row) {
+  add_rows(contacts, motion, [&](const Contact& contact, ContactRow& row) {
     factory.make(contact, row);
     const double depth = std::max(0.0, -row.start_gap);
     const double distance = std::max(speed, settings::untangling::exit_rate * depth) * motion.dt;
@@ -254,8 +231,8 @@ void ContactConstraints::add_links(const std::vector<LinkLimit>& links, const Mo
   std::transform(links.begin(), links.end(), contacts.begin(), contact_of);
   const RowFactory factory(surfaces_, position_correction_, motion);
   auto next = links.begin();
-  merge(contacts, motion,
-        [&](const Contact&, ContactRow& row) { factory.make_link(*next++, row); });
+  add_rows(contacts, motion,
+           [&](const Contact&, ContactRow& row) { factory.make_link(*next++, row); });
 }
 
 template <class Visit>

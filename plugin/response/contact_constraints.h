@@ -117,9 +117,9 @@ class ContactConstraints {
   const std::vector<const ContactRow*>& active_rows();
 
  private:
-  /// Merges new rows into the list. make(contact, row) makes a row; `contacts` must be sorted.
+  /// As RowList::add().
   template <class Make>
-  void merge(const std::vector<Contact>& contacts, const Motion& motion, const Make& make);
+  void add_rows(const std::vector<Contact>& contacts, const Motion& motion, const Make& make);
 
   void take_link_impulses();
   /// Calls visit(row) for each row of a link that has an impulse, in their order.
@@ -151,7 +151,6 @@ class ContactConstraints {
   Threads threads_;
   RowList rows_;
   bool has_links_ = false;                                     // whether any row is that of a link
-  std::vector<ContactRow> merged_;                             // scratch memory of add()
   std::optional<std::vector<const ContactRow*>> active_rows_;  // none: rows changed since
   // Scratch memory of active_rows() and warm_start(), by part of their work.
   std::vector<std::vector<const ContactRow*>> active_parts_;

@@ -88,8 +88,8 @@ void add_restitution(RowList& rows, double restitution, double threshold, int sw
   std::vector<ContactRow> bouncing;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!rows.can_act(i)) continue;
-    rows.copy(i, bouncing);
-    ContactRow& row = bouncing.back();
+    ContactRow scratch;
+    ContactRow& row = bouncing.emplace_back(rows.get(i, scratch));
     double predicted = 0;
     for (int k = 0; k < 4; ++k)
       predicted += row.weights[k] * row.normal.dot(motion.predicted[row.contact.vertices[k]]);

@@ -62,15 +62,33 @@ TEST_CASE("a list makes each row on first access and keeps it") {
   CHECK(list.is_made(2));
   CHECK_FALSE(list.is_made(1));
 
-  std::vector<ContactRow> others(2);
-  others[0].contact = contacts[1];
-  others[1].contact = contacts[2];
-  list.take(others);
-  REQUIRE(list.size() == 2);
-  CHECK(list.is_made(1));
-  CHECK(list[1].contact.primitive_a == 5);
   list.clear();
   CHECK(list.size() == 0);
+}
+
+TEST_CASE("rows are added in order, and others are not made for them") {
+  const std::vector<Contact> contacts = contacts_of({2, 3, 5, 8, 9});
+  std::vector<RowEstimate> estimates(5);
+  for (std::size_t i = 0; i < 5; ++i) estimates[i].can_act = i != 3;
+  const Rows rows;
+  RowList list;
+  list.take(NearContacts{contacts, estimates}, rows.factory);
+  list[1].normal_impulse = 7;
+  list[2].normal_impulse = 0;
+  const auto make = [&](const Contact& contact, ContactRow& row) {
+    rows.factory.make(contact, row);
+    row.normal_impulse = 1;
+  };
+  list.add(contacts_of({1, 3, 5, 9}), make);
+  // 8 cannot act; 5 had no impulse; 9 was not made.
+  std::vector<std::int32_t> primitives;
+  std::vector<double> impulses;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    primitives.push_back(list.contact(i).primitive_a);
+    impulses.push_back(list.is_made(i) ? list.made(i).normal_impulse : -1);
+  }
+  CHECK(primitives == std::vector<std::int32_t>{1, 2, 3, 3, 5, 9});
+  CHECK(impulses == std::vector<double>{1, -1, 7, 1, 1, 1});
 }
 
 TEST_CASE("contacts and their keys have the same order") {

@@ -16,7 +16,7 @@ std::vector<Contact> kept(const std::vector<Contact>& contacts, const std::vecto
     entries[i].gap = gaps[i];
   }
   std::vector<Contact> kept;
-  ContactReduction().reduce(entries);
+  ContactReduction().reduce(entries, Threads(1));
   for (std::size_t i = 0; i < contacts.size(); ++i)
     if (entries[i].key.kind != ConstraintKey::none) kept.push_back(contacts[i]);
   return kept;
