@@ -102,6 +102,7 @@ struct Detector::Impl {
 
   void gpu_failed(const Error& error) {
     gpu.reset();
+    gpu_has_near_pairs = false;
     failures = error.code() == ErrorCode::unavailable ? max_failures : failures + 1;
     // On a machine without a device, Backend::automatic means the CPU, and there is nothing to
     // report.
@@ -115,7 +116,7 @@ struct Detector::Impl {
   }
 
   void set_topology(const Topology& topology) {
-    is_from_cpu = false;
+    is_from_cpu = gpu_has_near_pairs = false;
     refusal.clear();
     const BackendChoice last_choice = choice;
     choice.set_scene(topology.faces.size());
@@ -219,8 +220,9 @@ struct Detector::Impl {
     Span<const Contact> contacts;
     is_from_cpu = !on_gpu([&](DeviceBackend& device) {
       contacts = device.detect(start, end, step);
-      if (options.separation > 0) contacts = cpu.reduce_contacts(contacts, start, end, step);
+      if (options.separation > 0) cpu.take_near_distances(device.near_distances());
     });
+    gpu_has_near_pairs = !is_from_cpu && options.separation > 0;
     if (!is_from_cpu) return contacts;
     step = scene;
     return detect_on_cpu(start, end, step);
@@ -277,6 +279,7 @@ struct Detector::Impl {
   bool gpu_has_mesh = false;           // the GPU has `mesh`
   BackendChoice choice;                // for Backend::automatic
   bool is_from_cpu = false;            // the last detect() was the CPU's
+  bool gpu_has_near_pairs = false;     // those of the last detect(), and the CPU lacks them
   int failures = 0;
   std::string reason;   // message of the last failure
   std::string refusal;  // why the GPU did not take the last detection; empty if it was not asked
@@ -329,6 +332,7 @@ void Detector::leave_out(Span<const char> edges, Span<const char> vertices) {
   impl_->cpu.discard_ahead();
   impl_->mesh.complete(impl_->threads.pool());
   impl_->mesh.leave_out(edges, vertices);
+  impl_->gpu_has_mesh = impl_->gpu_has_near_pairs = false;
   impl_->set_mesh();
 }
 
@@ -342,6 +346,7 @@ bool Detector::set_resting(Span<const char> bodies) {
   if (impl_->mesh.has_resting(bodies)) return false;
   impl_->set_contacts({});
   impl_->cpu.discard_ahead();
+  impl_->gpu_has_near_pairs = false;
   impl_->mesh.set_resting(bodies);
   impl_->cpu.update_resting();
   return true;
@@ -395,7 +400,10 @@ Span<const Contact> Detector::download_contacts() {
 std::vector<Contact> Detector::take_contacts(std::vector<Contact> reuse) {
   const Span<const Contact> contacts = impl_->last_contacts;
   impl_->set_contacts({});
-  if (contacts.empty()) return {};
+  if (contacts.empty()) {
+    reuse.clear();
+    return reuse;
+  }
   return impl_->cpu.take_contacts(contacts, std::move(reuse));
 }
 
@@ -412,6 +420,8 @@ Span<const Contact> Detector::recheck_near_pairs(const Positions& start, const P
   Stats stats = impl_->scene();
   impl_->set_contacts({});
   impl_->mesh.complete(impl_->threads.pool());
+  if (std::exchange(impl_->gpu_has_near_pairs, false))
+    impl_->cpu.take_near_pairs(impl_->gpu->near_pairs());
   const Span<const Contact> contacts = impl_->cpu.recheck_near_pairs(start, end, stats);
   impl_->stats = std::move(stats);
   LAZYCCD_ASSERT(are_sorted(contacts, impl_->mesh), "re-checked contacts are sorted, none twice");

@@ -41,8 +41,6 @@ std::unique_ptr<ExcludedPairs> make_excluded_pairs(const DetectorOptions& option
   return find_extension(options.algorithm)->cpu->make_excluded_pairs();
 }
 
-bool is_vertex_face(const Contact& contact) { return contact.kind == ContactKind::vertex_face; }
-
 }  // namespace
 
 CpuDetector::CpuDetector(const DetectorOptions& options, const Threads& threads,
@@ -229,64 +227,19 @@ void CpuDetector::search(Stats& stats) {
 
 std::vector<Contact> CpuDetector::take_contacts(Span<const Contact> contacts,
                                                 std::vector<Contact> reuse) {
-  if (contacts.data() == contacts_.data())
+  if (contacts.data() == contacts_.data()) {
     contacts_.swap(reuse);
-  else
-    reuse.assign(contacts.begin(), contacts.end());
+    return reuse;
+  }
+  constexpr std::size_t grain = 4096;  // contacts; more work than it costs to distribute them
+  reuse.resize(contacts.size());
+  pool_.parallel_for(contacts.size(), grain, [&](std::size_t first, std::size_t last, int) {
+    std::copy(contacts.begin() + first, contacts.begin() + last, reuse.begin() + first);
+  });
   return reuse;
 }
 
-Span<const Contact> CpuDetector::reduce_contacts(Span<const Contact> contacts,
-                                                 const Positions& start, const Positions& end,
-                                                 Stats& stats) {
-  LAZYCCD_NVTX_RANGE("reduce");
-  discard_ahead();
-  last_motion_is_kept_ = false;
-  scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
-  begin_workers(options_.separation);
-  for (const auto& worker : workers_) worker->near_pairs.clear();
-  near_pairs_lost_ = false;
-  contacts_.clear();
-  std::vector<Contact> others;
-  if (mesh_->leaves_out_any() || mesh_->any_resting()) {
-    std::copy_if(contacts.begin(), contacts.end(), std::back_inserter(others),
-                 [this](const Contact& contact) { return !is_left_out(contact); });
-    contacts = others;
-  }
-  std::size_t count = 0;
-  for (std::size_t first = 0, last; first < contacts.size(); first = last) {
-    last = first + 1;
-    while (last < contacts.size() && contacts[last].kind == contacts[first].kind &&
-           last < first + CandidateQueue::capacity)
-      ++last;
-    if (count == reductions_.size()) reductions_.emplace_back();
-    reductions_[count].near = {&contacts[first], last - first};
-    reductions_[count++].kept.clear();
-  }
-  pool_.parallel_for(count, 4, [&](std::size_t first, std::size_t last, int worker) {
-    for (std::size_t i = first; i < last; ++i)
-      workers_[static_cast<std::size_t>(worker)]->reduce(reductions_[i].near, reductions_[i].kept);
-  });
-  for (std::size_t i = 0; i < count; ++i)
-    contacts_.insert(contacts_.end(), reductions_[i].kept.begin(), reductions_[i].kept.end());
-  stats.contacts_vf = std::count_if(contacts_.begin(), contacts_.end(), is_vertex_face);
-  stats.contacts_ee = static_cast<std::int64_t>(contacts_.size()) - stats.contacts_vf;
-  describe_near(stats);
-  stats.hash = contact_hash(contacts_);
-  return contacts_;
-}
-
-bool CpuDetector::is_left_out(const Contact& contact) const {
-  if (mesh_->rests(contact.body_a) && mesh_->rests(contact.body_b)) return true;
-  return is_vertex_face(contact) ? mesh_->leaves_out_vertex(contact.primitive_a)
-                                 : mesh_->leaves_out_edge(contact.primitive_a) ||
-                                       mesh_->leaves_out_edge(contact.primitive_b);
-}
-
-void CpuDetector::describe_near(Stats& stats) {
-  stats.near_pairs = 0;
-  if (!(options_.separation > 0)) return;
-  std::size_t count = 0;
+void CpuDetector::begin_near_distances() {
   near_distances_.resize(mesh_->body_count());
   const Separations separation{options_.separation, mesh_->self_separation()};
   for (std::size_t body = 0; body < near_distances_.size(); ++body) {
@@ -294,18 +247,42 @@ void CpuDetector::describe_near(Stats& stats) {
     near_distances_[body] = separation.within(least, least);
   }
   nearest_ = options_.separation;
-  for (const auto& worker : workers_) {
-    const NearPairs& near = worker->near_pairs;
-    count += near.of[0].size() + near.of[1].size();
-    for (std::size_t body = 0; body < near.min_distance.size(); ++body) {
-      near_distances_[body] = std::min(near_distances_[body], near.min_distance[body]);
-      nearest_ = std::min(nearest_, near.min_distance[body]);
-    }
+}
+
+void CpuDetector::add_near_distances(Span<const double> of_pairs) {
+  for (std::size_t body = 0; body < of_pairs.size(); ++body) {
+    near_distances_[body] = std::min(near_distances_[body], of_pairs[body]);
+    nearest_ = std::min(nearest_, of_pairs[body]);
   }
   LAZYCCD_ASSERT(std::all_of(near_distances_.begin(), near_distances_.end(),
                              [this](double d) { return d >= 0 && d <= options_.separation; }),
                  "distances of near pairs are within the separation");
-  stats.near_pairs = static_cast<std::int64_t>(count);
+}
+
+void CpuDetector::take_near_distances(Span<const double> of_pairs) {
+  discard_ahead();
+  near_pairs_lost_ = true;
+  begin_near_distances();
+  add_near_distances(of_pairs);
+}
+
+void CpuDetector::take_near_pairs(const std::array<Span<const Candidate>, 2>& pairs) {
+  for (const auto& worker : workers_) worker->near_pairs.clear();
+  for (std::size_t kind = 0; kind < 2; ++kind)
+    workers_[0]->near_pairs.of[kind].assign(pairs[kind].begin(), pairs[kind].end());
+  near_pairs_lost_ = false;
+  last_motion_is_kept_ = false;
+}
+
+void CpuDetector::describe_near(Stats& stats) {
+  stats.near_pairs = 0;
+  if (!(options_.separation > 0)) return;
+  begin_near_distances();
+  for (const auto& worker : workers_) {
+    const NearPairs& near = worker->near_pairs;
+    stats.near_pairs += static_cast<std::int64_t>(near.of[0].size() + near.of[1].size());
+    add_near_distances(near.min_distance);
+  }
 }
 
 void CpuDetector::keep_last_motion() {

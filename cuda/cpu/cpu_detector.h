@@ -2,6 +2,7 @@
 // in lanes, decides them, and sorts the contacts.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <functional>
 #include <memory>
@@ -37,12 +38,10 @@ class CpuDetector : public BackendDetector {
   /// Call when the mesh has other resting bodies, after discard_ahead().
   void update_resting();
   Span<const Contact> detect(const Positions& start, const Positions& end, Stats& stats) override;
-  /// Applies DetectorOptions::reduce_contacts, Detector::leave_out() and set_resting() to the
-  /// contacts that another backend found with a separation, and returns the rest. Records all of
-  /// them for recheck_near_pairs(). `contacts` must be sorted. The result is valid until the next
-  /// call.
-  Span<const Contact> reduce_contacts(Span<const Contact> contacts, const Positions& start,
-                                      const Positions& end, Stats& stats);
+  /// Takes over what another backend found with a separation: for near_distances(), the distances
+  /// of the near pairs, by body; for recheck_near_pairs(), then, the pairs, by ContactKind.
+  void take_near_distances(Span<const double> of_pairs);
+  void take_near_pairs(const std::array<Span<const Candidate>, 2>& pairs);
   /// As Detector::can_recheck_any_motion().
   bool can_recheck_any_motion() const {
     return !near_pairs_lost_ && hierarchy_.is_built() && may_list();
@@ -116,9 +115,10 @@ class CpuDetector : public BackendDetector {
   // Traverses from the initial pairs of nodes, by the strategy of the options.
   void traverse_from(Span<const NodePair> initial, Stats& stats);
   // Whether the mesh leaves out one of its primitives, or both bodies rest.
-  bool is_left_out(const Contact& contact) const;
   // Sets number and distances of the near pairs of all workers.
   void describe_near(Stats& stats);
+  void begin_near_distances();
+  void add_near_distances(Span<const double> of_pairs);
   // Keeps the pairs where the traversal ended as the front of the next step.
   void keep_front(bool reused);
   // Sets the time that the workers were idle, from their busy time and the wall time, milliseconds.
@@ -178,12 +178,6 @@ class CpuDetector : public BackendDetector {
   std::vector<Contact> contacts_, rechecked_;
   std::vector<double> near_distances_;  // by body, of the last detection
   double nearest_ = 0;                  // lower bound of the distance of its near pairs, unscaled
-  // Contacts of one kind, no more than a queue holds, and those that reduce_contacts() keeps.
-  struct Reduction {
-    Span<const Contact> near;
-    std::vector<Contact> kept;
-  };
-  std::vector<Reduction> reductions_;  // scratch memory
 
   std::function<void(int)> ahead_job_;     // job of the worker that detects ahead
   bool is_running_ahead_ = false;          // the job is submitted and not joined
@@ -193,8 +187,8 @@ class CpuDetector : public BackendDetector {
   RelativeMotionBounds deviation_;         // of a re-check from the motion of the last detection
   bool is_rechecking_ = false;             // between stays_near_motion() and the end of a re-check
 
-  // detect_ahead() overwrote the near pairs of the last detection, an exception ended it, or other
-  // bodies rest now.
+  // detect_ahead() overwrote the near pairs of the last detection, an exception ended it, other
+  // bodies rest now, or another backend has them.
   bool near_pairs_lost_ = false;
   std::atomic<bool> is_interrupted_{false};
   bool are_sorted_ = false;  // contacts_ holds the contacts found ahead, sorted

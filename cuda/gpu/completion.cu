@@ -16,6 +16,7 @@ void add_part(StepCounters& sum, const StepCounters& c) {
     sum.filtered[kind] += c.filtered[kind];
     sum.hits[kind] += c.hits[kind];
     sum.undecided_in_single[kind] += c.undecided_in_single[kind];
+    sum.near[kind] += c.near[kind];
   }
   sum.double_precision_tests += c.double_precision_tests;
   sum.undecided_in_double += c.undecided_in_double;
@@ -77,6 +78,7 @@ void Completion::run_in_parts(const StepInput& input, cudaStream_t stream, Stats
   StepCounters sum{};
   part_contacts_.clear();
   part_queries_.clear();
+  for (std::vector<Candidate>& pairs : part_near_) pairs.clear();
   std::uint32_t size = std::max(pairs / 2, 1u);
   stats.parts = 0;
   for (std::uint32_t first = 0; first < pairs || stats.parts == 0;) {
@@ -97,6 +99,13 @@ void Completion::run_in_parts(const StepInput& input, cudaStream_t stream, Stats
     if (c.too_wide != 0) {
       const HardQuery* const queries = buffers.download_too_wide();
       part_queries_.insert(part_queries_.end(), queries, queries + c.too_wide);
+    }
+    for (const ContactKind kind : {ContactKind::vertex_face, ContactKind::edge_edge}) {
+      const std::uint32_t count = c.near[static_cast<int>(kind)];
+      if (count == 0) continue;
+      const Candidate* const near = buffers.download_near(kind);
+      part_near_[static_cast<int>(kind)].insert(part_near_[static_cast<int>(kind)].end(), near,
+                                                near + count);
     }
     add_part(sum, c);
     sum.leaf_area = c.leaf_area;
@@ -119,6 +128,13 @@ void Completion::check_positions(const StepCounters& c, const HostPositions& giv
 std::pair<Positions, Positions> Completion::host_positions(const HostPositions& given) {
   if (given.start != nullptr) return {*given.start, *given.end};
   return positions_.download(mesh_->vertex_count());
+}
+
+Span<const Candidate> Completion::near_pairs(ContactKind kind) {
+  const int k = static_cast<int>(kind);
+  if (in_parts_) return part_near_[k];
+  if (counters_.near[k] == 0) return {};
+  return {step_.buffers().download_near(kind), counters_.near[k]};
 }
 
 Span<const Contact> Completion::contacts(const HostPositions& given, Stats& stats) {

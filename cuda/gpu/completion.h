@@ -39,6 +39,9 @@ class Completion {
   /// Returns the contacts of the step on the host, with those that only the host can decide. Adds
   /// the latter to the stats. Valid until the next step.
   Span<const Contact> contacts(const HostPositions& given, Stats& stats);
+  /// Returns the pairs of the step within its separation, in no particular order. Valid until the
+  /// next step or call.
+  Span<const Candidate> near_pairs(ContactKind kind);
 
  private:
   // Returns whether memory was too short, so that the pairs must be taken in parts.
@@ -58,6 +61,7 @@ class Completion {
   bool in_parts_ = false;
   std::vector<Contact> part_contacts_;
   std::vector<HardQuery> part_queries_;
+  std::vector<Candidate> part_near_[2];
 };
 
 }  // namespace lazyccd::gpu

@@ -68,6 +68,18 @@ Span<const Contact> DeviceDetector::detect(const Positions& start, const Positio
   return contacts;
 }
 
+std::array<Span<const Candidate>, 2> DeviceDetector::near_pairs() {
+  if (mesh_->edge_count() == 0) return {};
+  const DeviceScope scope(device_);
+  return {completion_.near_pairs(ContactKind::vertex_face),
+          completion_.near_pairs(ContactKind::edge_edge)};
+}
+
+Span<const double> DeviceDetector::near_distances() {
+  if (mesh_->edge_count() == 0) return {};
+  return step_.scene().near_distances();
+}
+
 ContactColumns DeviceDetector::detect_columns(const Positions& start, const Positions& end,
                                               std::uint32_t fields, Stats& stats) {
   const auto begin = std::chrono::steady_clock::now();

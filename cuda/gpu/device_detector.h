@@ -3,6 +3,7 @@
 
 #include <cuda_runtime_api.h>
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -40,6 +41,8 @@ class DeviceDetector : public DeviceBackend, private TopologyFinder {
                               CudaStream stream, const std::uint8_t* world_mask) override;
   DeviceContacts synchronize(Stats& stats) override;
   Span<const Contact> download() override;
+  std::array<Span<const Candidate>, 2> near_pairs() override;
+  Span<const double> near_distances() override;
 
  private:
   // Whether the counters of a step are on their way to the host, and of which step.

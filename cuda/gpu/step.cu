@@ -26,10 +26,10 @@ std::unique_ptr<SceneCulling> make_culling(const DetectorOptions& options) {
 
 Step::Step(const DetectorOptions& options)
     : options_(options),
-      scene_(options.separation),
+      scene_(options.separation, options.reduce_contacts && options.vertex_face),
       culling_(make_culling(options)),
       traversal_(options),
-      buffers_(options.algorithm.tuning.capacity_hint) {}
+      buffers_(options.algorithm.tuning.capacity_hint, options.separation > 0) {}
 
 void Step::set_mesh(const Mesh& mesh, bool is_found) {
   mesh_ = &mesh;
@@ -123,6 +123,7 @@ void Step::enqueue_before(const StepInput& input, bool marks, cudaStream_t strea
   mark(kStart, marks, stream);
   if (culling_) culling_->clear_counters(stream);
   prepare_sort(scene, lists, stream);
+  if (options_.separation > 0) scene_.clear_near_distances(stream);
   enqueue_start(lists.counters, stream);
   traversal_.start(input.from_front, stream);
   enqueue_refit(scene, input.start, input.end, lists.counters, stream);
@@ -164,6 +165,7 @@ void Step::enqueue_after(const StepInput& input, PairRange range, bool marks, cu
 
 void Step::run(const StepInput& input, cudaStream_t stream) {
   if (scene_.reserve_records(input.is_double)) graphs_.clear();
+  if (options_.separation > 0) scene_.update_resting(stream);
   const bool marks = !options_.algorithm.tuning.graph;
   const auto before = [&](cudaStream_t s) { enqueue_before(input, marks, s); };
   const auto traversal = [&](cudaStream_t s) { enqueue_traversal(input, marks, s); };
@@ -207,6 +209,7 @@ void Step::run_exact(const StepInput& input, cudaStream_t stream) {
 void Step::download(cudaStream_t stream) {
   traversal_.read_counters(stream);
   buffers_.download(stream);
+  if (options_.separation > 0) scene_.download_near_distances(stream);
   if (culling_) culling_->download(stream);
 }
 

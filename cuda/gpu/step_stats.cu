@@ -28,6 +28,7 @@ void fill_stats(Step& step, const StepCounters& c, const DetectorOptions& option
   stats.double_precision_tests = c.double_precision_tests;
   stats.exact_tests = c.undecided_in_double;
   stats.hash = c.hash;
+  stats.near_pairs = sum(c.near[0], c.near[1]);
   stats.contacts_vf = c.contacts_vf;
   stats.contacts_ee = sum(c.contacts, 0) - c.contacts_vf;
 

@@ -2,9 +2,11 @@
 // positions and the stats.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 
+#include "core/narrow/contact_math.h"
 #include "host/scene/mesh.h"
 #include "lazyccd/contact.h"
 #include "lazyccd/contact_columns.h"
@@ -48,6 +50,12 @@ class DeviceBackend : public BackendDetector {
   /// Copies the contacts that synchronize() has completed to the host; none if it has not, since
   /// the last call of another function. Valid until the next call.
   virtual Span<const Contact> download() = 0;
+  /// The pairs that the last detect() found within its separation, by ContactKind, in no particular
+  /// order. Valid until the next call.
+  virtual std::array<Span<const Candidate>, 2> near_pairs() = 0;
+  /// By body: a lower bound of the distance of these pairs at the start of the step, or a large
+  /// number. Valid until the next detection.
+  virtual Span<const double> near_distances() = 0;
   /// Finds the edges of the next mesh and keeps them on the device; the mesh of before is lost
   /// there. Null: the host must find them.
   virtual TopologyFinder* topology_finder() = 0;

@@ -11,10 +11,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "detection/parallel_lists.h"
 #include "lazyccd/bullet/precision.h"
 #include "lazyccd/contact.h"
 #include "lazyccd/threads.h"
-#include "detection/parallel_lists.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

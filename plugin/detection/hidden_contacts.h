@@ -22,11 +22,11 @@
 
 #include "contact/near_contacts.h"
 #include "detection/contact_reduction.h"
+#include "detection/parallel_lists.h"
 #include "lazyccd/contact.h"
 #include "lazyccd/span.h"
 #include "lazyccd/threads.h"
 #include "motion/motion.h"
-#include "detection/parallel_lists.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

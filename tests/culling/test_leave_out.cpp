@@ -1,7 +1,6 @@
 // Detector::leave_out(): pairs of edges and vertices that need no answer.
 #include <algorithm>
 
-#include "cpu/cpu_detector.h"
 #include "lazyccd/detector.h"
 #include "lazyccd/error.h"
 #include "support/catch.h"
@@ -68,27 +67,6 @@ TEST_CASE("a detection has all contacts but those of the edges and vertices that
   detector.leave_out(left_out.edges, left_out.vertices);
   detector.set_topology(scene.topology());
   CHECK(same_contacts(detector.detect(start, end), all));
-}
-
-TEST_CASE("the contacts of another backend lose the same edges and vertices") {
-  const MovingTriangles scene = layers(3, 8, 0.025);
-  const Positions start = scene.at(scene.start), end = scene.at(scene.end);
-  Detector every(options(1, false)), detector(options(1, true));
-  every.set_topology(scene.topology());
-  detector.set_topology(scene.topology());
-  const LeftOut left_out(detector, scene.start.size() / 3);
-  detector.leave_out(left_out.edges, left_out.vertices);
-
-  Mesh mesh(scene.topology());
-  mesh.leave_out(left_out.edges, left_out.vertices);
-  CpuDetector reducer(options(1, true));
-  reducer.set_mesh(mesh);
-  Stats stats;
-  const Span<const Contact> reduced =
-      reducer.reduce_contacts(every.detect(start, end), start, end, stats);
-  CHECK(reduced.size() > 50);
-  CHECK(same_contacts(reduced, detector.detect(start, end)));
-  CHECK(stats.hash == detector.stats().hash);
 }
 
 TEST_CASE("what cannot be left out is refused") {

@@ -1,7 +1,6 @@
 // Detector::set_resting(): pairs of bodies whose contacts the caller has kept.
 #include <algorithm>
 
-#include "cpu/cpu_detector.h"
 #include "lazyccd/detector.h"
 #include "lazyccd/error.h"
 #include "support/catch.h"
@@ -95,26 +94,6 @@ TEST_CASE("pairs of resting bodies are neither visited nor tested") {
   detector.detect(layers.start(), layers.end());
   CHECK(detector.stats().tree_tests == 1);
   CHECK(detector.stats().candidates_vf + detector.stats().candidates_ee == 0);
-}
-
-TEST_CASE("the contacts of another backend lose those between resting bodies") {
-  const Layers layers;
-  Detector every(options(1, Strategy::lazy_stealing, false));
-  Detector detector(options(1, Strategy::lazy_stealing, true));
-  every.set_topology(layers.topology());
-  detector.set_topology(layers.topology());
-  detector.set_resting(sets[0]);
-
-  Mesh mesh(layers.topology());
-  mesh.set_resting(sets[0]);
-  CpuDetector reducer(options(1, Strategy::lazy_stealing, true));
-  reducer.set_mesh(mesh);
-  Stats stats;
-  const Span<const Contact> reduced = reducer.reduce_contacts(
-      every.detect(layers.start(), layers.end()), layers.start(), layers.end(), stats);
-  CHECK(reduced.size() > 50);
-  CHECK(same_contacts(reduced, detector.detect(layers.start(), layers.end())));
-  CHECK(stats.hash == detector.stats().hash);
 }
 
 TEST_CASE("a re-check has no pairs of resting bodies") {

@@ -4,7 +4,11 @@
 #include <cmath>
 #include <iterator>
 
+#include "core/narrow/start_distance.h"
 #include "cpu/cpu_detector.h"
+#include "host/scene/positions.h"
+#include "host/scene/scale.h"
+#include "host/threads/thread_pool.h"
 #include "isa/named_kernels.h"
 #include "lazyccd/detector.h"
 #include "lazyccd/error.h"
@@ -65,6 +69,50 @@ std::vector<Contact> near(const MovingTriangles& scene, const DetectorOptions& o
   const Span<const Contact> found = detector.detect(scene.at(scene.start), scene.at(scene.end));
   return {found.begin(), found.end()};
 }
+
+// What a device makes of all contacts, with the same functions: one after the other, as scalars.
+struct AsOnDevice {
+  std::vector<Contact> kept;
+  std::vector<double> distances;  // by body
+  std::array<std::vector<Candidate>, 2> pairs;
+
+  AsOnDevice(const std::vector<Contact>& all, const Topology& topology, const Positions& start,
+             const Positions& end)
+      : mesh_(topology) {
+    distances.assign(mesh_.body_count(), HUGE_VAL);
+    std::vector<VertexRecord> records;
+    ThreadPool pool(1);
+    const double scale = scale_for(load_records(mesh_, start, end, pool, records));
+    for (const Contact& contact : all) {
+      const bool is_redundant = contact.kind == ContactKind::vertex_face
+                                    ? record<ContactKind::vertex_face>(contact, records, scale)
+                                    : record<ContactKind::edge_edge>(contact, records, scale);
+      if (!(is_redundant && contact.toi == 0)) kept.push_back(contact);
+    }
+  }
+
+ private:
+  template <ContactKind kind>
+  bool record(const Contact& contact, const std::vector<VertexRecord>& records, double scale) {
+    QueryCoordinates q;
+    for (int i = 0; i < 4; ++i) {
+      const double* const x = records[contact.vertices[i]].x;
+      q.start[i] = {x[0], x[1], x[2]};
+    }
+    const Candidate pair = {contact.primitive_a, contact.primitive_b};
+    pairs[static_cast<std::size_t>(kind)].push_back(pair);
+    const DifferencesAt<float> d = differences_at_start<kind>(q, scale);
+    const StartDistance<float> at_start = start_distance<kind>(d);
+    const double distance = at_start.gap.template min_distance<kind>(d) / scale;
+    for (const std::int32_t body : {contact.body_a, contact.body_b})
+      distances[body] = std::min(distances[body], distance);
+    return is_redundant_at_start<kind>(mesh_.view(), mesh_.first_faces(),
+                                       {separation, mesh_.self_separation()}, scale, pair,
+                                       at_start);
+  }
+
+  Mesh mesh_;
+};
 
 double gap_at_start(const Contact& contact, const MovingTriangles& scene) {
   double squared = 0;
@@ -215,16 +263,17 @@ TEST_CASE("contact reduction is the same in every arithmetic, strategy and instr
   options.algorithm.strategy = Strategy::thread_per_query;
   CHECK(hash(*best_leaf_kernels()) == expected);
 
-  // Also the same if the contacts of a device are reduced.
-  const std::vector<Contact> all = near(scene, cpu_options(false));
+  // Also the same on a device.
+  const AsOnDevice device(near(scene, cpu_options(false)), scene.topology(), scene.at(scene.start),
+                          scene.at(scene.end));
+  CHECK(contact_hash(device.kept) == expected);
   CpuDetector detector(options);
   detector.set_mesh(mesh);
-  Stats stats;
-  const Span<const Contact> reported = detector.reduce_contacts(
-      {all.data(), all.size()}, scene.at(scene.start), scene.at(scene.end), stats);
-  CHECK(stats.hash == expected);
-  CHECK(stats.contacts_vf + stats.contacts_ee == static_cast<std::int64_t>(reported.size()));
+  detector.take_near_distances(device.distances);
   Stats again;
+  CHECK_THROWS_AS(detector.recheck_near_pairs(scene.at(scene.start), scene.at(scene.end), again),
+                  Error);
+  detector.take_near_pairs({device.pairs[0], device.pairs[1]});
   detector.recheck_near_pairs(scene.at(scene.start), scene.at(scene.end), again);
   Detector plain;
   plain.set_topology(scene.topology());
@@ -265,8 +314,10 @@ TEST_CASE("the near distance of a body is that of its nearest pair, or the separ
   const Mesh mesh(topology);
   CpuDetector of_device(cpu_options(true));
   of_device.set_mesh(mesh);
-  Stats stats;
-  of_device.reduce_contacts({contacts.data(), contacts.size()}, start, end, stats);
+  const AsOnDevice device({contacts.begin(), contacts.end()}, topology, start, end);
+  of_device.take_near_distances(device.distances);
+  const Span<const double> of_cpu = reduced.near_distances(), taken = of_device.near_distances();
+  CHECK(std::equal(taken.begin(), taken.end(), of_cpu.begin(), of_cpu.end()));
   for (const Span<const double> distances :
        {everything.near_distances(), reduced.near_distances(), of_device.near_distances()}) {
     REQUIRE(distances.size() == 3);
@@ -336,13 +387,7 @@ TEST_CASE("the separation of a pair of one body is at most that of its vertices"
   CHECK(reported.size() + 100 < all.size());
   check_represented(all, reported, scene);
   CHECK(same_contacts(reduced.recheck_near_pairs(start, end), touching));
-  // Also if the contacts of a device are reduced.
-  const Mesh mesh(limited);
-  CpuDetector cpu(cpu_options(true));
-  cpu.set_mesh(mesh);
-  Stats stats;
-  CHECK(same_contacts(cpu.reduce_contacts(all, start, end, stats), reported));
-  CHECK(stats.near_pairs == static_cast<std::int64_t>(all.size()));
+  CHECK(same_contacts(AsOnDevice(all, limited, start, end).kept, reported));
 
   Topology wrong = limited;
   wrong.self_separation = {self_separation.data(), count - 1};

@@ -192,29 +192,79 @@ Scene lattice_triangles(int count, int side, int frames, double spacing, bool in
 constexpr std::int64_t kMostBytes =
     300'000'000;  // device memory; enough for each scene here, also Cloth/Ball
 
+// Leaves out some edges, vertices and pairs of bodies.
+void leave_out_some(Detector& detector, const Scene& scene) {
+  const Topology topology = scene.topology();
+  std::vector<char> edges(detector.edges().size()), vertices(topology.vertex_count);
+  std::vector<char> resting(std::max<std::size_t>(scene.bodies.size(), 1));
+  for (std::size_t i = 0; i < edges.size(); ++i) edges[i] = i % 3 == 0;
+  for (std::size_t i = 0; i < vertices.size(); ++i) vertices[i] = i % 4 == 0;
+  for (std::size_t i = 0; i < resting.size(); ++i) resting[i] = i % 3 != 1 && resting.size() > 2;
+  detector.leave_out(edges, vertices);
+  detector.set_resting(resting);
+}
+
 // The contacts that the CPU finds in each step.
 struct Truth {
   struct Step {
     std::vector<Contact> contacts;
     std::uint64_t hash;
+    // With a separation:
+    std::vector<double> near_distances;
+    std::int64_t near_pairs = 0;
+    std::uint64_t rechecked_hash = 0;
   };
   std::vector<Step> steps;
   long total = 0;
+  bool leaves_out = false;
 
-  Truth(const Scene& scene, double separation, bool reduce_contacts = false) {
+  Truth(const Scene& scene, double separation, bool reduce_contacts = false,
+        bool leaves_out_some = false)
+      : leaves_out(leaves_out_some) {
     DetectorOptions options;
     options.backend = Backend::cpu;
     options.separation = separation;
     options.reduce_contacts = reduce_contacts;
     Detector cpu(options);
     cpu.set_topology(scene.topology());
+    if (leaves_out) leave_out_some(cpu, scene);
     for (std::size_t f = 0; f + 1 < scene.frames.size(); ++f) {
       const Span<const Contact> found = cpu.detect(scene.positions(f), scene.positions(f + 1));
-      steps.push_back({{found.begin(), found.end()}, cpu.stats().hash});
+      Step step = {{found.begin(), found.end()}, cpu.stats().hash, {}};
       total += static_cast<long>(found.size());
+      if (separation > 0) {
+        const Span<const double> distances = cpu.near_distances();
+        step.near_distances.assign(distances.begin(), distances.end());
+        step.near_pairs = cpu.stats().near_pairs;
+        cpu.recheck_near_pairs(scene.positions(f), scene.positions(f + 1));
+        step.rechecked_hash = cpu.stats().hash;
+      }
+      steps.push_back(std::move(step));
     }
   }
 };
+
+// Compares what a detection with a separation says besides its contacts. Ends with a re-check.
+bool compare_near(const Scene& scene, std::size_t frame, const Truth::Step& wanted, Detector& gpu,
+                  std::string& why) {
+  const Span<const double> distances = gpu.near_distances();
+  if (!std::equal(distances.begin(), distances.end(), wanted.near_distances.begin(),
+                  wanted.near_distances.end())) {
+    why = "frame " + std::to_string(frame) + ": other near distances";
+    return false;
+  }
+  if (gpu.stats().near_pairs != wanted.near_pairs) {
+    why = "frame " + std::to_string(frame) + ": " + std::to_string(gpu.stats().near_pairs) +
+          " near pairs in place of " + std::to_string(wanted.near_pairs);
+    return false;
+  }
+  gpu.recheck_near_pairs(scene.positions(frame), scene.positions(frame + 1));
+  if (gpu.stats().hash != wanted.rechecked_hash) {
+    why = "frame " + std::to_string(frame) + ": another re-check";
+    return false;
+  }
+  return true;
+}
 
 // Pairs culled by each method, summed over all runs. Each method must have culled some.
 struct Culled {
@@ -240,6 +290,7 @@ bool compare(const Scene& scene, const Truth& truth, DetectorOptions options, in
   options.backend = Backend::cuda;
   Detector gpu(options);
   gpu.set_topology(scene.topology());
+  if (truth.leaves_out) leave_out_some(gpu, scene);
   for (std::size_t f = 0; f < truth.steps.size(); ++f) {
     const Truth::Step& wanted = truth.steps[f];
     for (int r = 0; r < repeat; ++r) {
@@ -267,6 +318,7 @@ bool compare(const Scene& scene, const Truth& truth, DetectorOptions options, in
               " contacts, first difference at " + std::to_string(first);
         return false;
       }
+      if (options.separation > 0 && !compare_near(scene, f, wanted, gpu, why)) return false;
     }
   }
   return true;
@@ -442,7 +494,8 @@ int main(int argc, char** argv) {
     const double separation = thin_separation(scene);
     const Truth truth(scene, 0), thick(scene, separation);
     const Scene limited = with_self_separation(scene, separation);
-    const Truth thick_limited(limited, separation), reduced(limited, separation, true);
+    const Truth thick_limited(limited, separation), reduced(limited, separation, true),
+        fewer(limited, separation, true, true);
     for (const Strategy strategy : kStrategies) {
       DetectorOptions options;
       options.algorithm.strategy = strategy;
@@ -465,6 +518,10 @@ int main(int argc, char** argv) {
       check(limited, thick_limited, options, 1, called + ", with separations within the bodies");
       options.reduce_contacts = true;
       check(limited, reduced, options, 1, called + ", with reduced contacts");
+      check(limited, fewer, options, repeat, called + ", with some left out");
+      options.algorithm.tuning.capacity_hint = 1;
+      check(limited, reduced, options, 1, called + ", with reduced contacts, capacity 1");
+      options.algorithm.tuning.capacity_hint = 0;
       options.reduce_contacts = false;
       options.separation = 0;
       for (const int block : {32, 64, 128, 256}) {

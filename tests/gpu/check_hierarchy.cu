@@ -150,7 +150,7 @@ void check_build(const BuildScene& scene, bool in_float) {
   std::string differs;
   double device_ms = 0, host_ms = 0;
   {
-    gpu::DeviceScene on_host(0), on_device(0);
+    gpu::DeviceScene on_host(0, false), on_device(0, false);
     on_host.set_mesh(mesh);
     on_device.set_mesh(mesh);
     const auto build = [&] {

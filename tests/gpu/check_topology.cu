@@ -52,7 +52,7 @@ double least_ms(int repeat, F&& f) {
 
 // Finds a topology on the device for Mesh.
 struct Finder : TopologyFinder {
-  gpu::DeviceScene scene{0};
+  gpu::DeviceScene scene{0, false};
   gpu::TopologyBuilder builder;
   gpu::Stream stream;
   ThreadPool& pool;

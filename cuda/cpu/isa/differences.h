@@ -1,7 +1,7 @@
 // Differences of positions in single precision, one candidate per lane.
 #pragma once
 
-#include "core/narrow/elementary.h"
+#include "core/narrow/start_distance.h"
 #include "cpu/isa/records.h"
 #include "cpu/isa/transpose.h"
 
@@ -38,12 +38,6 @@ LAZYCCD_INLINE Differences<FloatLanes> gather(const LeafScene& scene, const Cand
   }
   return d;
 }
-
-// Differences at one end of the step.
-template <class T>
-struct DifferencesAt {
-  Vec3<T> e1, e2, r;
-};
 
 template <ContactKind kind, int end>
 LAZYCCD_INLINE DifferencesAt<FloatLanes> gather_at(const LeafScene& scene, const Candidate* c) {

@@ -1,26 +1,12 @@
 #include "cpu/isa/near.h"
 
-#include "core/narrow/closest.h"
+#include "core/narrow/start_distance.h"
 #include "cpu/isa/differences.h"
 #include "simd/bits.h"
 
 namespace lazyccd {
 namespace LAZYCCD_ISA {
 namespace {
-
-LAZYCCD_INLINE FloatLanes size_of(const Vec3<FloatLanes>& a) {
-  return lane_abs(a.x) + lane_abs(a.y) + lane_abs(a.z);
-}
-
-// Returns the smallest distance of the corners of one primitive from those of the other along an
-// axis, times the length of the axis.
-template <ContactKind kind>
-LAZYCCD_INLINE FloatLanes least_along(const Vec3<FloatLanes>& axis, const Vec3<FloatLanes>& e1,
-                                      const Vec3<FloatLanes>& e2, const Vec3<FloatLanes>& r) {
-  const FloatLanes zero(0.0f), at = dot(axis, r), along1 = dot(axis, e1), along2 = dot(axis, e2);
-  return kind == ContactKind::vertex_face ? lane_min(at, lane_min(at - along1, at - along2))
-                                          : at - lane_max(zero, along1) + lane_min(zero, along2);
-}
 
 // Appends the chosen pairs and returns the new count. Writes up to FloatLanes::lanes elements
 // beyond the count.
@@ -41,12 +27,6 @@ LAZYCCD_INLINE int append(const Candidate* pairs, unsigned chosen, Candidate* to
   return count;
 }
 
-// Bound of the rounding error of a distance that is computed from components with the sum
-// `magnitude`.
-LAZYCCD_INLINE FloatLanes rounding(const FloatLanes& magnitude) {
-  return FloatLanes(32 * Roundoff<float>::u) * magnitude;
-}
-
 // The separations of a pack of candidates, scaled. A distance below `within` is certainly within,
 // one above `beyond` is certainly beyond. within_for_all: the same as `within` for all pairs that
 // may represent the candidate.
@@ -55,8 +35,8 @@ struct Limits {
 
   LAZYCCD_INLINE Limits(const LeafScene& scene, const FloatLanes& separation,
                         const FloatLanes& least)
-      : within(separation * FloatLanes(1 - 0x1p-18f)),
-        within_for_all(least * FloatLanes(1 - 0x1p-18f)),
+      : within(certainly_within(separation)),
+        within_for_all(certainly_within(least)),
         beyond((separation + FloatLanes(scene.unknown_distance)) * FloatLanes(1 + 0x1p-10f)) {}
 
   template <ContactKind kind>
@@ -71,15 +51,12 @@ struct Limits {
         smallest[k][i] = limits.smallest[k];
       }
     }
-    const bool fits = scene.scale > 0x1p-120 && scene.scale < 0x1p120;
+    const bool fits = fits_float(scene.scale);
     const FloatLanes scale(fits ? static_cast<float>(scene.scale) : 1.0f);
     if (!fits) {
       for (auto* const limits : {&largest, &smallest})
         for (auto& of_primitives : *limits)
-          for (float& limit : of_primitives) {
-            const double scaled = scene.scale * limit;
-            limit = static_cast<float>(scaled < 0x1p120 ? scaled : 0x1p120);
-          }
+          for (float& limit : of_primitives) limit = scaled_limit(scene.scale, limit);
     }
     const FloatLanes least(static_cast<float>(scene.scale * scene.separation.least()));
     const auto within = [&](const float(&limits)[2][FloatLanes::lanes]) {
@@ -91,32 +68,12 @@ struct Limits {
   }
 };
 
-// The gap between two points of two primitives at the start of the step.
-struct Gap {
-  Vec3<FloatLanes> vector;
-  FloatLanes squared, length;
-
-  explicit LAZYCCD_INLINE Gap(const Vec3<FloatLanes>& v)
-      : vector(v), squared(dot(v, v)), length(lane_sqrt(squared)) {}
-
-  // Returns a lower bound of the distance of the primitives with the differences d, measured along
-  // the gap; at least zero.
-  template <ContactKind kind>
-  LAZYCCD_INLINE FloatLanes min_distance(const DifferencesAt<FloatLanes>& d) const {
-    const FloatLanes zero(0.0f), magnitude = size_of(d.e1) + size_of(d.e2) + size_of(d.r);
-    const FloatLanes least = least_along<kind>(vector, d.e1, d.e2, d.r);
-    return select(squared > FloatLanes(Roundoff<float>::tiny),
-                  // In this order: if a product overflows, the maximum of a NaN is zero.
-                  lane_max(least / length - rounding(magnitude), zero), zero);
-  }
-};
-
 // Candidates that are not certainly near at the start of the step and wait for the test at its end.
 class EndTests {
  public:
   int count() const { return count_; }
 
-  LAZYCCD_INLINE void add(const Candidate* pairs, unsigned chosen, const Gap& gap,
+  LAZYCCD_INLINE void add(const Candidate* pairs, unsigned chosen, const Gap<FloatLanes>& gap,
                           const FloatLanes& min_distance, const FloatLanes& beyond) {
     store_chosen(gap.vector.x, chosen, x_ + count_);
     store_chosen(gap.vector.y, chosen, y_ + count_);
@@ -132,8 +89,8 @@ class EndTests {
     const int used = count_ < FloatLanes::lanes ? count_ : FloatLanes::lanes;
     for (int i = used; i < FloatLanes::lanes; ++i) pairs_[i] = pairs_[0];
     const FloatLanes beyond = FloatLanes::load(beyond_);
-    const Gap gap({FloatLanes::load(x_), FloatLanes::load(y_), FloatLanes::load(z_)});
-    const FloatLanes at_end = gap.min_distance<kind>(gather_at<kind, 1>(scene, pairs_));
+    const Gap<FloatLanes> gap({FloatLanes::load(x_), FloatLanes::load(y_), FloatLanes::load(z_)});
+    const FloatLanes at_end = gap.template min_distance<kind>(gather_at<kind, 1>(scene, pairs_));
     const unsigned far = ((FloatLanes::load(min_distance_) > beyond) & (at_end > beyond)).bits();
     for (int i = 0; i < used; ++i) {
       const bool is_far = far >> i & 1;
@@ -159,14 +116,10 @@ class EndTests {
   Candidate pairs_[capacity];
 };
 
-// Splits candidates. Error bounds: each component of the scaled differences is off by one rounding.
-// Each component of the gap between the points found is off by less than 8 roundings of
-// `magnitude`, the sum of the components. The result does not rely on the points being the closest
-// ones. Any two points give an upper bound of the distance, and any axis gives a lower bound. A
-// lower bound along one axis at both ends of the step holds during the whole step.
+// Splits candidates. A lower bound of the distance along one axis at both ends of the step holds
+// during the whole step.
 template <ContactKind kind>
 void near_kind(const LeafScene& scene, const Candidate* candidates, int count, NearSplit& split) {
-  const FloatLanes zero(0.0f), tiny(Roundoff<float>::tiny);
   EndTests end_tests;
   split.near_count = split.kept_count = split.far_count = split.undecided_count = 0;
   for (int begin = 0; begin < count; begin += FloatLanes::lanes) {
@@ -175,24 +128,16 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count, N
     const unsigned used = (1u << left) - 1;
     for (int i = 0; i < FloatLanes::lanes; ++i) pair[i] = candidates[begin + (i < left ? i : 0)];
     const DifferencesAt<FloatLanes> d = gather_at<kind, 0>(scene, pair);
-    const ClosestPoints<FloatLanes> points = closest_points<kind>(d.e1, d.e2, d.r);
-    const Gap gap(points.gap);
-    const FloatLanes size1 = size_of(d.e1), size2 = size_of(d.e2),
-                     magnitude = size1 + size2 + size_of(d.r);
-    const auto certainly_within = [&](const FloatLanes& distance) {
-      return (distance > zero) & (gap.squared + tiny < distance * distance);
-    };
+    const StartDistance<FloatLanes> at_start = start_distance<kind>(d);
     const Limits limits = Limits::of<kind>(scene, pair);
-    const FloatLanes min_distance = gap.min_distance<kind>(d);
+    const FloatLanes min_distance = at_start.gap.template min_distance<kind>(d);
 
     unsigned is_redundant = 0;
     if (scene.first_faces.of) {
-      const FloatLanes on = on_border<kind>(points.u, points.v);
+      const FloatLanes on = on_border<kind>(at_start.points.u, at_start.points.v);
       alignas(64) float border[FloatLanes::lanes];
       on.store(border);
-      const Mask may_be =
-          (on > zero) & certainly_within(limits.within_for_all - rounding(magnitude) -
-                                         border_width<kind>(points.u, points.v, size1, size2));
+      const Mask may_be = at_start.template may_be_redundant<kind>(limits.within_for_all, on);
       for (unsigned bits = may_be.bits() & used; bits; bits &= bits - 1) {
         const int i = lowest_bit(bits);
         const bool is = is_redundant_pair<kind>(scene.mesh, scene.first_faces, pair[i],
@@ -208,7 +153,7 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count, N
                                                     gaps[i]};
       continue;
     }
-    const Mask near = certainly_within(limits.within - rounding(magnitude));
+    const Mask near = at_start.gap.is_below(limits.within - distance_rounding(at_start.magnitude));
     const unsigned near_bits = near.bits() & used;
     store_chosen(min_distance, near_bits, split.near_min_distance + split.near_count);
     split.near_count = append(pair, near_bits, split.near, split.near_count);
@@ -216,7 +161,7 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count, N
       const int i = lowest_bit(kept);
       split.kept[split.kept_count++] = {pair[i], 0, false, gaps[i]};
     }
-    end_tests.add(pair, used & ~near_bits, gap, min_distance, limits.beyond);
+    end_tests.add(pair, used & ~near_bits, at_start.gap, min_distance, limits.beyond);
     if (end_tests.count() >= FloatLanes::lanes) end_tests.split<kind>(scene, split);
   }
   while (end_tests.count() > 0) end_tests.split<kind>(scene, split);

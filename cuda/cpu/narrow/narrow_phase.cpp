@@ -308,30 +308,6 @@ void NarrowPhase::describe_kept() {
   }
 }
 
-void NarrowPhase::reduce(Span<const Contact> near, std::vector<Contact>& kept) {
-  const ContactKind kind = near[0].kind;
-  for (std::size_t i = 0; i < near.size(); ++i)
-    movable_[i] = {near[i].primitive_a, near[i].primitive_b};
-  const int count = static_cast<int>(near.size());
-  kernels_->near_at_start(scene_, kind, movable_.data(), count, split_);
-  if (kind == ContactKind::vertex_face)
-    record_near<ContactKind::vertex_face>(split_.undecided_count);
-  else
-    record_near<ContactKind::edge_edge>(split_.undecided_count);
-  int kept_index = 0, undecided_index = 0;
-  for (const Contact& contact : near) {
-    const Candidate pair = {contact.primitive_a, contact.primitive_b};
-    const Approach* approach = nullptr;
-    if (kept_index < split_.kept_count && split_.kept[kept_index].pair == pair) {
-      approach = &split_.kept[kept_index++];
-    } else if (undecided_index < split_.undecided_count &&
-               split_.undecided[undecided_index].pair == pair) {
-      approach = &split_.undecided[undecided_index++];
-    }
-    if (approach && !(contact.toi == 0 && approach->is_redundant)) kept.push_back(contact);
-  }
-}
-
 std::size_t NarrowPhase::bytes() const {
   return survivors_.capacity() * sizeof(Survivor) + movable_.capacity() * sizeof(Candidate) +
          places_.capacity() * sizeof(ContactPlace) + near_pairs.bytes() +

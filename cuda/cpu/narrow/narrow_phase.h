@@ -67,9 +67,6 @@ class NarrowPhase : public CandidateSink {
   /// separation in this step.
   void process_listed(const ListedPairs& part, ContactKind kind, const ListedCandidate* items,
                       int count);
-  /// Appends to `kept` the contacts that contact reduction leaves. `near` are sorted contacts of
-  /// one kind, at least one.
-  void reduce(Span<const Contact> near, std::vector<Contact>& kept);
 
   /// Forgets the contacts, because the caller keeps them. Their number still counts in `found`.
   void forget_contacts() {

@@ -8,6 +8,7 @@
 
 #include "core/narrow/decision.h"
 #include "core/narrow/separation.h"
+#include "core/narrow/start_distance.h"
 #include "gpu/narrow/query.cuh"
 
 namespace lazyccd::gpu {
@@ -144,6 +145,40 @@ __global__ void filter_at_roots(SceneView scene, StepLists lists, DirectSubdivis
   });
 }
 
+/// Whether the caller has left out the pair, or both of its bodies rest.
+template <ContactKind kind>
+__device__ inline bool is_left_out(const NearView& near, const Contact& contact) {
+  if (near.resting[contact.body_a] && near.resting[contact.body_b]) return true;
+  if constexpr (kind == ContactKind::vertex_face) {
+    return near.vertices_left_out != nullptr && near.vertices_left_out[contact.primitive_a];
+  } else {
+    return near.edges_left_out != nullptr &&
+           (near.edges_left_out[contact.primitive_a] || near.edges_left_out[contact.primitive_b]);
+  }
+}
+
+/// Records a pair within the separation. Returns whether another pair represents it at the start.
+template <ContactKind kind>
+__device__ inline bool record_near(const SceneView& scene, const QueryCoordinates& q, double scale,
+                                   const Contact& contact, const StepLists& lists) {
+  const Candidate pair = {contact.primitive_a, contact.primitive_b};
+  const Output<Candidate>& near = lists.near[static_cast<int>(kind)];
+  const std::uint32_t slot = atomicAdd(near.count, 1u);
+  if (slot < near.capacity) near.items[slot] = pair;
+
+  const DifferencesAt<float> d = differences_at_start<kind>(q, scale);
+  const StartDistance<float> at_start = start_distance<kind>(d);
+  const double distance = at_start.gap.min_distance<kind>(d) / scale;
+  const auto bits = static_cast<unsigned long long>(__double_as_longlong(distance));
+  for (const std::int32_t body : {contact.body_a, contact.body_b}) {
+    unsigned long long* const least = scene.near.min_distance + body;
+    if (bits < __ldcg(least)) atomicMin(least, bits);  // most pairs are not the nearest ones
+  }
+
+  return is_redundant_at_start<kind>(scene.mesh, scene.near.first_faces, scene.separation, scale,
+                                     pair, at_start);
+}
+
 /// Decides the candidates of one kind with a minimum separation: all in double, one lane per query.
 template <ContactKind kind, class Record>
 __device__ inline std::uint64_t decide_within_list(const SceneView& scene, const StepLists& lists,
@@ -155,10 +190,13 @@ __device__ inline std::uint64_t decide_within_list(const SceneView& scene, const
   for (std::uint32_t i = block * blockDim.x + threadIdx.x; i < count; i += blocks * blockDim.x) {
     Contact contact;
     if (!identify<kind>(scene, filtered.items[i], contact)) continue;
+    if (is_left_out<kind>(scene.near, contact)) continue;
     const QueryCoordinates q = coordinates<Record>(scene, contact);
     const double separation = scene.separation.of<kind>(scene.mesh, filtered.items[i]);
     const Decision decision = lazyccd::decide_within<kind>(q, separation, scale);
-    if (decision.kind == Decision::hit)
+    if (decision.kind != Decision::hit) continue;
+    const bool is_redundant = record_near<kind>(scene, q, scale, contact, lists);
+    if (!(is_redundant && decision.tick == 0))
       hash += emit_contact<kind, true>(scene, q, decision.tick, contact, lists);
   }
   return hash;

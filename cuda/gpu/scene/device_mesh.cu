@@ -18,9 +18,16 @@ void DeviceMesh::upload_primitives(const Mesh& mesh) {
   has_primitives = true;
 }
 
-void DeviceMesh::upload_tables(const Mesh& mesh) {
+void DeviceMesh::upload_tables(const Mesh& mesh, bool has_separation) {
   upload(pinned, mesh.pinned_vertices().data(), mesh.pinned_vertices().size());
   upload(self_separation, mesh.self_separation(), mesh.self_separation() ? mesh.vertex_count() : 0);
+  if (has_separation) {
+    const bool has_faces = mesh.first_faces().of != nullptr;
+    upload(first_faces, mesh.first_faces().of,
+           has_faces ? mesh.edges().size() + mesh.vertex_count() : 0);
+    upload(edges_left_out, mesh.edges_left_out().data(), mesh.edges_left_out().size());
+    upload(vertices_left_out, mesh.vertices_left_out().data(), mesh.vertices_left_out().size());
+  }
   upload(bodies, mesh.bodies().data(), mesh.body_count());
   std::vector<std::uint64_t> disabled(mesh.disabled_pairs().begin(), mesh.disabled_pairs().end());
   std::sort(disabled.begin(), disabled.end());
@@ -40,7 +47,8 @@ void DeviceMesh::upload_tables(const Mesh& mesh) {
 
 std::size_t DeviceMesh::bytes() const {
   return faces.bytes() + edges.bytes() + face_edges.bytes() + body_of_vertex.bytes() +
-         primitives.bytes() + pinned.bytes() + self_separation.bytes() + bodies.bytes() +
+         primitives.bytes() + pinned.bytes() + self_separation.bytes() + first_faces.bytes() +
+         edges_left_out.bytes() + vertices_left_out.bytes() + bodies.bytes() +
          disabled_pairs.bytes() + world_of_body.bytes() + segments.bytes() + worlds.bytes();
 }
 

@@ -21,6 +21,9 @@ struct DeviceMesh {
 
   DeviceBuffer<char> pinned;            // by vertex, if any is
   DeviceBuffer<float> self_separation;  // by vertex, if there are limits
+  // Only with a separation:
+  DeviceBuffer<std::int32_t> first_faces;                // as FirstFaces::of
+  DeviceBuffer<char> edges_left_out, vertices_left_out;  // by edge; by vertex; if any is
   DeviceBuffer<Body> bodies;
   DeviceBuffer<std::uint64_t> disabled_pairs;  // sorted
   DeviceBuffer<std::int32_t> world_of_body;
@@ -29,8 +32,8 @@ struct DeviceMesh {
 
   /// Uploads faces to primitives of a complete mesh.
   void upload_primitives(const Mesh& mesh);
-  /// Uploads the others.
-  void upload_tables(const Mesh& mesh);
+  /// Uploads the others. has_separation: also what only steps with a separation read.
+  void upload_tables(const Mesh& mesh, bool has_separation);
   std::size_t bytes() const;
 };
 

@@ -17,8 +17,39 @@ void DeviceScene::set_mesh(const Mesh& mesh, bool is_found) {
 
 void DeviceScene::upload_mesh() {
   if (!is_found_) arrays_.upload_primitives(*mesh_);
-  arrays_.upload_tables(*mesh_);
+  arrays_.upload_tables(*mesh_, separation_ > 0);
+  if (separation_ > 0) {
+    uploaded_resting_.assign(mesh_->body_count(), 0);
+    upload(resting_, uploaded_resting_.data(), uploaded_resting_.size());
+    near_distances_.reserve(mesh_->body_count());
+    host_near_distances_.reserve(mesh_->body_count());
+  }
   mesh_uploaded_ = true;
+}
+
+void DeviceScene::update_resting(cudaStream_t stream) {
+  std::vector<char> resting(mesh_->resting().begin(), mesh_->resting().end());
+  resting.resize(mesh_->body_count(), 0);
+  if (resting == uploaded_resting_) return;
+  uploaded_resting_.swap(resting);
+  LAZYCCD_CUDA_CHECK(cudaMemcpyAsync(resting_.data(), uploaded_resting_.data(),
+                                     uploaded_resting_.size(), cudaMemcpyHostToDevice, stream));
+}
+
+void DeviceScene::clear_near_distances(cudaStream_t stream) {
+  constexpr int large = 0x7f;  // doubles of these bytes are about 1e306
+  LAZYCCD_CUDA_CHECK(
+      cudaMemsetAsync(near_distances_.data(), large, mesh_->body_count() * sizeof(double), stream));
+}
+
+void DeviceScene::download_near_distances(cudaStream_t stream) {
+  LAZYCCD_CUDA_CHECK(cudaMemcpyAsync(host_near_distances_.data(), near_distances_.data(),
+                                     mesh_->body_count() * sizeof(double), cudaMemcpyDeviceToHost,
+                                     stream));
+}
+
+Span<const double> DeviceScene::near_distances() const {
+  return {host_near_distances_.data(), mesh_->body_count()};
 }
 
 char* DeviceScene::workspace(std::size_t bytes) {
@@ -139,6 +170,7 @@ SceneView DeviceScene::view(bool is_double) {
   s.key = key();
   if (s.key.world_of_body != nullptr) s.key.world_of_body = arrays_.world_of_body.data();
   s.separation = {separation_, mesh_->self_separation() ? arrays_.self_separation.data() : nullptr};
+  if (separation_ > 0) s.near = near_view();
   s.is_double = is_double;
   s.records = records_.data();
   s.runs = runs_.data();
@@ -146,12 +178,27 @@ SceneView DeviceScene::view(bool is_double) {
   return s;
 }
 
+NearView DeviceScene::near_view() {
+  const auto if_any = [](Span<const char> flags, const DeviceBuffer<char>& buffer) {
+    return flags.empty() ? nullptr : buffer.data();
+  };
+  NearView near{};
+  if (reduces_ && mesh_->first_faces().of != nullptr)
+    near.first_faces = {arrays_.first_faces.data(), mesh_->first_faces().edges,
+                        reinterpret_cast<const std::int32_t(*)[3]>(arrays_.face_edges.data())};
+  near.edges_left_out = if_any(mesh_->edges_left_out(), arrays_.edges_left_out);
+  near.vertices_left_out = if_any(mesh_->vertices_left_out(), arrays_.vertices_left_out);
+  near.resting = resting_.data();
+  near.min_distance = reinterpret_cast<unsigned long long*>(near_distances_.data());
+  return near;
+}
+
 ContactKey DeviceScene::key() const { return mesh_->contact_key(); }
 
 std::size_t DeviceScene::bytes() const {
   return arrays_.bytes() + device_groups_.bytes() + leaf_order_.bytes() + node_ranges_.bytes() +
          names_.bytes() + records_.bytes() + boxes_.bytes() + bounds_.bytes() + runs_.bytes() +
-         nodes_.bytes();
+         nodes_.bytes() + resting_.bytes() + near_distances_.bytes();
 }
 
 }  // namespace lazyccd::gpu

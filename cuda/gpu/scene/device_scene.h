@@ -5,8 +5,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "gpu/device/device_buffer.h"
+#include "gpu/device/pinned_buffer.h"
 #include "gpu/scene/device_mesh.h"
 #include "gpu/scene/scene.cuh"
 #include "host/bvh/groups.h"
@@ -27,7 +29,8 @@ struct HierarchyArrays {
 
 class DeviceScene {
  public:
-  explicit DeviceScene(double separation) : separation_(separation) {}
+  /// reduces: DetectorOptions::reduce_contacts.
+  DeviceScene(double separation, bool reduces) : separation_(separation), reduces_(reduces) {}
 
   /// Sets another mesh. It must stay valid until the next call. `is_found`: mesh() has its
   /// primitives already. Otherwise it must be complete.
@@ -47,6 +50,14 @@ class DeviceScene {
   void build_on_host(const Positions& start, const Positions& end, ThreadPool& pool);
   const Groups& groups() const { return groups_; }  ///< of the last build on the host
   const Tree& tree() const { return tree_; }        ///< the same
+  /// Enqueues the upload of the mesh's resting bodies, if there are others than before. Needs
+  /// prepare() or build_on_host() before.
+  void update_resting(cudaStream_t stream);
+  /// Enqueues what clears NearView::min_distance, and its download.
+  void clear_near_distances(cudaStream_t stream);
+  void download_near_distances(cudaStream_t stream);
+  /// By body, once the download is done; a large number where nothing was near.
+  Span<const double> near_distances() const;
   /// Makes room for the records of a step. Returns whether their address has changed. Must come
   /// before view().
   bool reserve_records(bool is_double);
@@ -60,11 +71,13 @@ class DeviceScene {
 
  private:
   void upload_mesh();
+  NearView near_view();
   void upload_groups();
   void reserve_boxes(std::size_t bytes);
   void reserve_places(std::size_t places);  // boxes and names
 
   double separation_;
+  bool reduces_;
   const Mesh* mesh_ = nullptr;
   bool is_found_ = false, mesh_uploaded_ = false;
   Groups groups_;
@@ -76,6 +89,12 @@ class DeviceScene {
   DeviceBuffer<int2> node_ranges_;
   DeviceBuffer<PrimitiveNames> names_;
   BoxArrays box_arrays();
+
+  // Only with a separation, by body.
+  DeviceBuffer<char> resting_;
+  std::vector<char> uploaded_resting_;
+  DeviceBuffer<double> near_distances_;
+  PinnedBuffer<double> host_near_distances_;
 
   // Recomputed in each step.
   struct alignas(16) RecordPiece {

@@ -7,6 +7,7 @@
 #include "core/bvh/tree.h"
 #include "core/narrow/contact_key.h"
 #include "core/narrow/contact_math.h"
+#include "core/narrow/contact_reduction.h"
 #include "core/narrow/self_separation.h"
 #include "gpu/scene/group_view.cuh"
 #include "gpu/scene/traversal_counters.h"
@@ -32,6 +33,17 @@ struct SweptBox {
 /// them.
 constexpr int kRun = 16;
 
+/// What a step with a separation leaves out and records, on the device.
+struct NearView {
+  FirstFaces first_faces;         // first_faces.of is null: no pairs are reduced
+  const char* edges_left_out;     // by edge; null: none, as the next one
+  const char* vertices_left_out;  // by vertex
+  const char* resting;            // by body
+  // By body: the bits of a double, the least distance of its near pairs at the start of the step.
+  // They are in the order of the distances, because these are not negative.
+  unsigned long long* min_distance;
+};
+
 /// The scene on the device.
 struct SceneView {
   // Set with the mesh and the hierarchy; is_double in each step.
@@ -43,6 +55,7 @@ struct SceneView {
   const int2* node_ranges;         // per node: its part [x, y) of leaf_order
   ContactKey key;
   Separations separation;       // within_body: on the device
+  NearView near;                // only with a separation
   bool is_double;               // whether the records are DoubleRecord
   const unsigned char* active;  // per body: whether the step detects it; null: all bodies
 
@@ -90,6 +103,7 @@ struct StepCounters {
   std::uint32_t filtered[2];     // passed the non-coplanar filter
   std::uint32_t hits[2];         // decided in single precision
   std::uint32_t undecided_in_single[2];
+  std::uint32_t near[2];  // within the separation
   std::uint32_t double_precision_tests;
   std::uint32_t hard;                 // queries that need subdivision
   std::uint32_t undecided_in_double;  // queries for exact arithmetic
@@ -114,6 +128,7 @@ struct StepLists {
   Output<Candidate> filtered[2];
   Output<Survivor> hits[2];                  // decided in single precision
   Output<Candidate> undecided_in_single[2];  // left over by single precision
+  Output<Candidate> near[2];                 // within the separation, in no particular order
   // Queries for subdivision; for exact arithmetic; for the host's, with integers of any size.
   Output<HardQuery> hard, undecided_in_double, too_wide;
   Output<Contact> contacts;   // in no particular order

@@ -14,6 +14,7 @@ void StepBuffers::for_each_list(Body&& body) {
     body(filtered_[kind]);
     body(hits_[kind]);
     body(undecided_in_single_[kind]);
+    if (lists_near_) body(near_[kind]);
   }
   body(hard_);
   body(undecided_in_double_);
@@ -21,7 +22,7 @@ void StepBuffers::for_each_list(Body&& body) {
   body(contacts_);
 }
 
-StepBuffers::StepBuffers(std::uint32_t capacity_hint) {
+StepBuffers::StepBuffers(std::uint32_t capacity_hint, bool lists_near) : lists_near_(lists_near) {
   counters_.reserve(1);
   host_counters_.reserve(1);
   *host_counters_.data() = {};
@@ -80,6 +81,7 @@ StepLists StepBuffers::lists() {
     lists.hits[kind] = hits_[kind].output(&c->hits[kind]);
     lists.undecided_in_single[kind] =
         undecided_in_single_[kind].output(&c->undecided_in_single[kind]);
+    if (lists_near_) lists.near[kind] = near_[kind].output(&c->near[kind]);
   }
   lists.hard = hard_.output(&c->hard);
   lists.undecided_in_double = undecided_in_double_.output(&c->undecided_in_double);
@@ -124,6 +126,7 @@ int StepBuffers::grow(bool grows) {
     too_short += filtered_[kind].outgrown(c.filtered[kind], grows);
     too_short += hits_[kind].outgrown(c.hits[kind], grows);
     too_short += undecided_in_single_[kind].outgrown(c.undecided_in_single[kind], grows);
+    if (lists_near_) too_short += near_[kind].outgrown(c.near[kind], grows);
   }
   too_short += hard_.outgrown(c.hard, grows);
   too_short += undecided_in_double_.outgrown(c.undecided_in_double, grows);
@@ -167,6 +170,15 @@ ContactColumns StepBuffers::finish_columns(cudaStream_t stream) {
   return ColumnLayout::of(column_fields_, downloaded_columns_).columns(host_columns_.data(), count);
 }
 
+const Candidate* StepBuffers::download_near(ContactKind kind) {
+  const int k = static_cast<int>(kind);
+  const std::uint32_t count = counters().near[k];
+  host_near_[k].reserve(count);
+  LAZYCCD_CUDA_CHECK(cudaMemcpy(host_near_[k].data(), near_[k].data(), count * sizeof(Candidate),
+                                cudaMemcpyDeviceToHost));
+  return host_near_[k].data();
+}
+
 const HardQuery* StepBuffers::download_too_wide() {
   LAZYCCD_CUDA_CHECK(cudaMemcpy(host_too_wide_.data(), too_wide_.data(),
                                 counters().too_wide * sizeof(HardQuery), cudaMemcpyDeviceToHost));
@@ -180,7 +192,8 @@ std::size_t StepBuffers::bytes() const {
                     sorted_order_.bytes() + final_order_.bytes() + bins_.bytes() +
                     bin_starts_.bytes() + ranks_.bytes() + sort_space_.bytes() + columns_.bytes();
   for (int kind = 0; kind < 2; ++kind)
-    sum += filtered_[kind].bytes() + hits_[kind].bytes() + undecided_in_single_[kind].bytes();
+    sum += filtered_[kind].bytes() + hits_[kind].bytes() + undecided_in_single_[kind].bytes() +
+           near_[kind].bytes();
   return sum;
 }
 

@@ -56,8 +56,9 @@ class StepList {
 /// The counters and lists of a step, on the device and on the host.
 class StepBuffers {
  public:
-  /// capacity_hint: first capacity of every list; 0: the default of each list.
-  explicit StepBuffers(std::uint32_t capacity_hint);
+  /// capacity_hint: first capacity of every list; 0: the default of each list. lists_near: steps
+  /// have a separation.
+  StepBuffers(std::uint32_t capacity_hint, bool lists_near);
 
   /// Allocates the lists that have grown. `key` is that of the mesh.
   void reserve(const ContactKey& key, cudaStream_t stream);
@@ -83,6 +84,8 @@ class StepBuffers {
   ContactColumns finish_columns(cudaStream_t stream);
   const Contact* sorted() const { return sorted_.data(); }  ///< on the device
   std::uint32_t contact_capacity() const { return contacts_.capacity(); }
+  /// Downloads the pairs of a kind within the separation: counters().near of them.
+  const Candidate* download_near(ContactKind kind);
   /// Downloads the queries that need integers of any size: counters().too_wide of them.
   const HardQuery* download_too_wide();
 
@@ -99,6 +102,8 @@ class StepBuffers {
   StepList<Survivor> hits_[2]{StepList<Survivor>(1 << 14), StepList<Survivor>(1 << 16)};
   StepList<Candidate> undecided_in_single_[2]{StepList<Candidate>(1 << 13),
                                               StepList<Candidate>(1 << 15)};
+  bool lists_near_;
+  StepList<Candidate> near_[2]{StepList<Candidate>(1 << 12), StepList<Candidate>(1 << 14)};
   StepList<HardQuery> hard_{1 << 12}, undecided_in_double_{1 << 10}, too_wide_{1 << 6};
   StepList<Contact> contacts_{1 << 11};
   DeviceBuffer<Contact> sorted_;
@@ -108,6 +113,7 @@ class StepBuffers {
   PinnedBuffer<StepCounters> host_counters_;
   PinnedBuffer<Contact> host_contacts_;
   PinnedBuffer<HardQuery> host_too_wide_;
+  PinnedBuffer<Candidate> host_near_[2];
   DeviceBuffer<char> columns_;
   PinnedBuffer<char> host_columns_;
   std::uint32_t column_fields_ = 0, downloaded_columns_ = 0;

@@ -79,11 +79,14 @@ class Mesh {
     return !vertices_left_out_.empty() && vertices_left_out_[vertex];
   }
   bool leaves_out_any() const { return !edges_left_out_.empty() || !vertices_left_out_.empty(); }
+  Span<const char> edges_left_out() const { return edges_left_out_; }        ///< or empty
+  Span<const char> vertices_left_out() const { return vertices_left_out_; }  ///< or empty
   /// Sets what Detector::set_resting() names: as many elements as bodies, or none.
   void set_resting(Span<const char> bodies) { resting_.assign(bodies.begin(), bodies.end()); }
   bool has_resting(Span<const char> bodies) const {
     return std::equal(bodies.begin(), bodies.end(), resting_.begin(), resting_.end());
   }
+  Span<const char> resting() const { return resting_; }  ///< by body; empty: none rests
   bool any_resting() const { return !resting_.empty(); }
   bool rests(std::int32_t body) const { return any_resting() && resting_[body]; }
   /// By vertex, as Topology::self_separation; null: no limit.
