@@ -1,6 +1,6 @@
 """Draws the behaviour scenes from the CSV files that examples/bench/behaviour.sh wrote.
 
-behaviour.py FOLDER reads the CSV files in FOLDER and writes there, as SVG and PNG:
+behaviour.py FOLDER reads the CSV files in FOLDER and writes there:
   behaviour   every figure with a bound, Bullet alone and LazyCCD, kept or not (behaviour.csv)
   curve       cost of a simulated second against pass-throughs, by substeps of a frame (curve.csv)
 A picture whose CSV file is missing is left out.
@@ -33,12 +33,11 @@ def read(path):
 def style():
     plt.rcParams.update({
         "font.size": 9, "axes.spines.top": False, "axes.spines.right": False,
-        "axes.axisbelow": True, "svg.fonttype": "path", "svg.hashsalt": "lazyccd",
+        "axes.axisbelow": True,
     })
 
 
 def save(figure, folder, name):
-    figure.savefig(folder / f"{name}.svg", metadata={"Date": None}, bbox_inches="tight")
     figure.savefig(folder / f"{name}.png", dpi=130, bbox_inches="tight")
     plt.close(figure)
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs the behaviour scenes with Bullet alone and with LazyCCD. Prints tables and writes them as CSV files,
-# with pictures (SVG and PNG), to examples/results/behaviour. Options go to lazyccd_behaviour, e.g.
+# with pictures, to examples/results/behaviour. Options go to lazyccd_behaviour, e.g.
 # --only grip; then everything goes to build/behaviour. --no-curve leaves out the second chart.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../setup.sh"

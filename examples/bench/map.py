@@ -2,8 +2,8 @@
 
 map.py PROGRAMS OUT [--quick] [--jobs N] [--scenes A,B] [--detectors A,B] [--draw] [--compare MAP]
   PROGRAMS  folder with the programs lazyccd and lazyccd_double
-  OUT       folder of map.csv and of the pictures map.svg and map.png. Points that are already in map.csv
-            are not measured again, so a stopped run can be continued.
+  OUT       folder of map.csv and of the picture map.png. Points that are already in map.csv are not
+            measured again, so a stopped run can be continued.
 
 The detector lazyccd-cuda is LazyCCD on the GPU. It is in the table but not in the picture. At points that
 were measured on both CPU and GPU, the two runs are compared: they must be equal to the last bit.
@@ -249,7 +249,7 @@ def draw(rows, out):
     scenes = list(dict.fromkeys(row["scene"] for row in rows if row["scene"] in FULL))
     scenes.sort(key=list(FULL).index)
     columns = list(product(WORLDS, DRAWN))
-    plt.rcParams.update({"font.size": 9, "svg.fonttype": "path", "svg.hashsalt": "lazyccd"})
+    plt.rcParams.update({"font.size": 9})
     axes_of_scene = {}
     for scene in scenes:
         here = [row for row in rows if row["scene"] == scene]
@@ -284,8 +284,6 @@ def draw(rows, out):
         "\nRows: time step in s; within each, coarse to fine triangles. "
         "Cells: float above the diagonal, double below", x=0.02, ha="left", fontsize=11)
     figure.tight_layout(rect=(0, 0.6 / figure.get_figheight(), 1, 0.99), h_pad=0.4, w_pad=0.8)
-    # Without a date, so that the same numbers give the same bytes.
-    figure.savefig(out / "map.svg", metadata={"Date": None})
     figure.savefig(out / "map.png", dpi=110)
 
 
@@ -317,7 +315,7 @@ def main():
     print_differences(rows)
     differ = bool(arguments.compare) and print_comparison(rows, read(arguments.compare))
     draw(rows, arguments.out)
-    print(f"Pictures: {arguments.out}/map.png and map.svg")
+    print(f"Picture: {arguments.out}/map.png")
     sys.exit(differ)
 
 

@@ -1,14 +1,14 @@
 """Compares LazyCCD with Bullet alone in scenes in which Bullet alone misses nothing. There LazyCCD should
 give the same motion and cost no more.
 
-no_regression.py PROGRAMS [--rounds N] [--csv FILE]
+no_regression.py PROGRAMS [--rounds N] [--csv FILE] [--times-csv FILE]
   PROGRAMS  folder with the programs lazyccd and lazyccd_double
 
 The first table compares motions: the distance between the same nodes of two runs, mean / largest, in
 margins. To judge these numbers, compare them with the distance between runs of Bullet alone that differ
 only a little: thrown 0.1 % faster, in the other precision, at half the time step. "Bullet mended" is
 Bullet alone, but it keeps the momentum that its own contacts lose (scenes/worlds/mended_bullet.h).
---csv writes this table with more times.
+--csv writes this table with more times; --times-csv writes the second one.
 
 The second table compares times of a whole step, as medians over the rounds (--rounds 0: no times). If
 Bullet alone fails at 1/60 s, it also gives the ratio of times per simulated second: LazyCCD at 1/60 s to
@@ -135,7 +135,10 @@ def compare_paths(programs, file):
                 print(f"  wrong: Bullet {wrong(alone)}, LazyCCD {wrong(ours)}")
 
 
-def compare_times(programs, rounds):
+def compare_times(programs, rounds, file):
+    writer = csv.writer(file, lineterminator="\n") if file else None
+    if writer:
+        writer.writerow(["scene", "world", "precision", "m/s", "Bullet ms", "LazyCCD ms", "1/60 s over 1/240 s"])
     row = "{:<15} {:<11} {:<7} {:>5} {:>10} {:>11} {:>6} {:>12}"
     print(row.format("", "", "", "", "Bullet", "LazyCCD", "", "1/60 against"))
     print(row.format("scene", "world", "", "m/s", "ms a step", "ms a step", "ratio", "1/240, a s"))
@@ -155,9 +158,11 @@ def compare_times(programs, rounds):
             ms = {key: median(values) for key, values in times.items()}
             seconds = ms["coarse"] / COARSE / (ms["bullet"] / FINE)
             name, world, speed, _ = scene
-            print(row.format(name, world, precision, speed, f"{ms['bullet']:.3f}", f"{ms['lazyccd']:.3f}",
-                             f"{ms['lazyccd'] / ms['bullet']:.2f}",
-                             f"{seconds:.2f}" if wrong(alone_coarse) else "-"))
+            compared = f"{seconds:.2f}" if wrong(alone_coarse) else ""
+            cells = [name, world, precision, speed, f"{ms['bullet']:.3f}", f"{ms['lazyccd']:.3f}"]
+            print(row.format(*cells, f"{ms['lazyccd'] / ms['bullet']:.2f}", compared))
+            if writer:
+                writer.writerow([*cells, compared])
 
 
 def main():
@@ -166,11 +171,12 @@ def main():
     parser.add_argument("programs", type=Path)
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--csv", type=argparse.FileType("w"))
+    parser.add_argument("--times-csv", type=argparse.FileType("w"))
     arguments = parser.parse_args()
     compare_paths(arguments.programs, arguments.csv)
     if arguments.rounds > 0:
         print()
-        compare_times(arguments.programs, arguments.rounds)
+        compare_times(arguments.programs, arguments.rounds, arguments.times_csv)
 
 
 if __name__ == "__main__":

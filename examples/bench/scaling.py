@@ -5,7 +5,7 @@ scaling.py PROGRAM [--before PROGRAM] [--before-threads 1,16] [--threads 1,2,4] 
 scaling.py --read CSV --chart FILE     draws the chart of an earlier run
   --threads "auto" among the numbers: chosen by the program; -1 in the CSV file
   PROGRAM   the program lazyccd; --before: an earlier one, timed in turn with it
-  SCENE     scene:world:size; default: the four scenes of the table in results/scaling
+  SCENE     scene:world:size; default: four scenes
 
 "same" says that contacts and the final energy are the same as with one thread. Run it on an idle machine
 that has as many cores as threads.

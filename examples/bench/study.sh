@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # Runs the study of balancing strategies: the generated models through their motion, with every strategy,
-# number of workers, buffer size, bounding volume and culling. Writes CSV files, tables and charts.
+# number of workers, buffer size, bounding volume and culling. Writes CSV files and charts.
 #
 #   bash examples/bench/study.sh [--backend cpu|cuda] [--out FOLDER] [--quick] [--program FILE | --draw]
 #
 # --out: the folder of results, by default out/study-BACKEND. --quick: few steps, as a test of the script.
 # --program: measures with a program that is already built and installs nothing. --draw: measures
-# nothing; makes tables and charts from the CSV files in the folder.
+# nothing; makes charts from the CSV files in the folder.
 set -euo pipefail
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)

@@ -1,7 +1,6 @@
 """Draws pictures of speed against accuracy from the CSV files that examples/bench/accuracy/chart.sh wrote.
 
-chart.py FOLDER reads FOLDER/accuracy/queries.csv and FOLDER/bullet/steps.csv. It writes beside them, as
-SVG and PNG:
+chart.py FOLDER reads queries.csv and steps.csv in FOLDER and writes there, as PNG:
   accuracy      elementary tests, over all queries of the broad-phase sets
   missed_by_set, false_hits_by_set, times_by_set
                 the same, with one panel for each set of queries
@@ -39,7 +38,7 @@ def style():
     plt.rcParams.update({
         "font.size": 10, "axes.spines.top": False, "axes.spines.right": False,
         "axes.grid": True, "grid.color": "#e4e4e4", "axes.axisbelow": True,
-        "svg.fonttype": "path", "svg.hashsalt": "lazyccd", "figure.dpi": 100,
+        "figure.dpi": 100,
     })
 
 
@@ -153,8 +152,6 @@ TIME = ("median error of the time of impact, as a share of the step", time_error
 
 
 def save(figure, folder, name):
-    # Without a date, so that the same numbers give the same bytes.
-    figure.savefig(folder / f"{name}.svg", metadata={"Date": None}, bbox_inches="tight")
     figure.savefig(folder / f"{name}.png", dpi=150, bbox_inches="tight")
     plt.close(figure)
 
@@ -289,18 +286,16 @@ def picture_steps(rows, folder, machine):
 
 
 def main():
-    results = Path(sys.argv[1])
-    folder = results / "accuracy"
+    folder = Path(sys.argv[1])
     style()
     queries = read(folder / "queries.csv")
     picture_pool(queries, folder, queries[0]["machine"])
     for name, quantity in (("missed_by_set", MISSED), ("false_hits_by_set", FALSE),
                            ("times_by_set", TIME)):
         picture_sets(queries, folder, queries[0]["machine"], name, quantity)
-    steps = read(results / "bullet" / "steps.csv")
-    picture_steps(steps, results / "bullet", steps[0]["machine"])
-    for pictures in (folder.glob("*.png"), (results / "bullet").glob("steps.png")):
-        print("\n".join(str(path) for path in sorted(pictures)))
+    steps = read(folder / "steps.csv")
+    picture_steps(steps, folder, steps[0]["machine"])
+    print("\n".join(str(path) for path in sorted(folder.glob("*.png"))))
 
 
 if __name__ == "__main__":
