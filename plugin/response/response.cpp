@@ -115,12 +115,27 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
     motion.find_turn_displacement();
     let_motors_give_way(islands, motion);
     constraints_.solve(motion, options_.solver_iterations);
+    // Once more, as what was not near before may have stretched links. Then contacts are the last.
+    if (links && i == 0) hold_links_in_contact(links, motion);
     contacts = detect(motion.starts(), motion.ends());
   }
   contacts.erase(std::remove_if(contacts.begin(), contacts.end(), is_initial_contact),
                  contacts.end());
   if (!contacts.empty()) resolve_with_impact_zones(std::move(contacts), detect, motion, stats);
   finish(motion, stats);
+}
+
+void Response::hold_links_in_contact(const LinkSolver& links, Motion& motion) {
+  const RowIslands& islands = constraints_.islands(motion);
+  std::vector<char> is_in_contact(motion.rigid_of_body.size(), 0);
+  for (const ContactRow* const row : constraints_.active_rows())
+    for (const std::int32_t body : {row->contact.body_a, row->contact.body_b})
+      is_in_contact[body] = motion.rigid_of_body[body] < 0 && islands.of_body(body) >= 0 &&
+                            islands.is_selected(static_cast<std::size_t>(islands.of_body(body)));
+  std::vector<std::int32_t> bodies;
+  for (std::size_t body = 0; body < is_in_contact.size(); ++body)
+    if (is_in_contact[body]) bodies.push_back(static_cast<std::int32_t>(body));
+  strain_limit_.hold(bodies, links, options_.solver_iterations, constraints_, motion);
 }
 
 void Response::resolve_with_impact_zones(std::vector<Contact> contacts, const Detect& detect,

@@ -61,6 +61,8 @@ class Response {
   void forget();
 
  private:
+  /// Holds the links of all soft bodies of the selected islands that contacts push.
+  void hold_links_in_contact(const LinkSolver& links, Motion& motion);
   /// Solves the near contacts that were selected: with a warm start, or without if that raises the
   /// kinetic energy.
   void solve_speculative(const NearContacts& near, const std::vector<Contact>& penetrations,

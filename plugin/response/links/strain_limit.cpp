@@ -87,7 +87,8 @@ void StrainLimit::hold(std::vector<std::int32_t> bodies, const LinkSolver& links
     const double tolerance = round == 0 ? 1 : settings::links::strain_tolerance;
     stretched.clear();
     for (const std::int32_t body : bodies)
-      find_stretched(body, links, tolerance, motion, stretched);
+      if (links.again(body) != LinkSolver::Again::never)
+        find_stretched(body, links, tolerance, motion, stretched);
     if (stretched.empty()) break;
     constraints.add_links(stretched, motion);
     select_islands_of(stretched);

@@ -108,6 +108,18 @@ TEST_CASE("the strain limit holds links under a weight, and can be left out") {
   CHECK(median(longest) > 2 * median(held));
 }
 
+TEST_CASE("the strain limit also holds links that what was not near before stretches") {
+  // With one look at the links, before what touches is found, up to 3.4.
+  const int starts = lazyccd::test::is_sanitized ? 1 : 9;
+  for (int i = 0; i < starts; ++i) {
+    StretchWorld scene;
+    scene.w.add(std::make_unique<btSphereShape>(btScalar(0.3)), btVector3(0, 0, 0));
+    btSoftBody* const cloth = scene.add_cloth(13, 1.2, 0.6 + 0.01 * i, 0.5);
+    for (int n = 0; n < cloth->m_nodes.size(); ++n) cloth->m_nodes[n].m_v = vector(0, -30, 0);
+    CHECK(scene.longest(*cloth, 30) < 2.2);
+  }
+}
+
 TEST_CASE("links at the strain limit move the same on any number of threads") {
   std::vector<std::vector<btVector3>> ends;
   for (const int threads : {1, 3}) {
