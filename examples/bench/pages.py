@@ -71,12 +71,13 @@ def render(page):
 def machine():
     lines = Path("/proc/cpuinfo").read_text().splitlines()
     cpu = next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
+    cpu = re.sub(r"\((R|TM)\)| Processor.*| CPU.*| @.*", "", cpu)
     try:
         names = subprocess.run(["nvidia-smi", "--query-gpu=name", "--format=csv,noheader"], capture_output=True,
                                text=True).stdout.splitlines()
     except FileNotFoundError:
         names = []
-    return ", ".join([*distinct(names), f"{cpu} x {os.cpu_count()}"])
+    return ", ".join([*distinct(names), f"{cpu}, {os.cpu_count()} cores"])
 
 
 def note(files, command):

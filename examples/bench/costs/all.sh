@@ -11,7 +11,7 @@ joined $work/rigid.csv $work/deformable.csv >$out/untuned.csv
 note costs/untuned.csv
 
 run bash examples/bench/costs/scene_costs.sh --rounds 1 --cpu-time
-joined build/scene_costs/costs.csv build/scene_costs/costs_double.csv | grep -v untuned >$out/scenes.csv
+joined build/scene_costs/costs.csv build/scene_costs/costs_double.csv >$out/scenes.csv
 note costs/scenes.csv
 
 run bash examples/run.sh

@@ -32,6 +32,10 @@ note "${files[@]/%/.csv}"
 run build/cuda/examples/bench/lazyccd_device_costs "${frames[@]}" >$logs/exact.log
 python3 examples/bench/device/log_csv.py exact $logs/exact.log $out/exact.csv
 note gpu/exact.csv
+if [ -n "${LAZYCCD_BEFORE:-}" ]; then  # the program lazyccd of an earlier commit
+  run python3 examples/bench/device/large_steps.py build/cuda/examples/lazyccd "$LAZYCCD_BEFORE" $out/large_steps.csv
+  note gpu/large_steps.csv
+fi
 run build/cuda/examples/bench/lazyccd_device_choice --steps 12000 >$out/choice.csv
 note gpu/choice.csv
 run build/cuda/examples/bench/lazyccd_device_scaling >$out/scaling.csv

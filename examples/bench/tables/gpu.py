@@ -59,6 +59,13 @@ plain("gpu/choice", "gpu/choice.csv", [
     ("on the GPU", lambda row: f"{100 * float(row['on_gpu']):.0f} %", text)])
 
 
+plain("gpu/large_steps", "gpu/large_steps.csv", [
+    ("scene", "scene", text), ("detection on", "backend", text), ("0ce9441: step, ms", "before ms", number),
+    ("now", "ms", number), ("0ce9441: detection stage, ms", "before detection ms", number),
+    ("now", "detection ms", number), ("0ce9441: response, ms", "before response ms", number),
+    ("now", "response ms", number)])
+
+
 @table("gpu/steps")
 def steps():
     def span(times):
