@@ -218,6 +218,7 @@ struct Detector::Impl {
   Span<const Contact> detect(const Positions& start, const Positions& end, Stats& step) {
     const Stats scene = step;
     Span<const Contact> contacts;
+    gpu_has_near_pairs = false;  // also if it throws
     is_from_cpu = !on_gpu([&](DeviceBackend& device) {
       contacts = device.detect(start, end, step);
       if (options.separation > 0) cpu.take_near_distances(device.near_distances());
@@ -411,6 +412,7 @@ void Detector::detect_ahead(const Positions& start, const Positions& end, double
   const IeeeArithmetic ieee;
   impl_->set_contacts({});
   if (impl_->next() == Backend::cuda) return;
+  impl_->gpu_has_near_pairs = false;
   impl_->mesh.complete(impl_->threads.pool());
   impl_->cpu.detect_ahead(start, end, tolerance, impl_->scene());
 }
@@ -421,7 +423,8 @@ Span<const Contact> Detector::recheck_near_pairs(const Positions& start, const P
   impl_->set_contacts({});
   impl_->mesh.complete(impl_->threads.pool());
   if (std::exchange(impl_->gpu_has_near_pairs, false))
-    impl_->cpu.take_near_pairs(impl_->gpu->near_pairs());
+    impl_->cpu.take_near_pairs(
+        impl_->on_device([](DeviceBackend& gpu) { return gpu.near_pairs(); }));
   const Span<const Contact> contacts = impl_->cpu.recheck_near_pairs(start, end, stats);
   impl_->stats = std::move(stats);
   LAZYCCD_ASSERT(are_sorted(contacts, impl_->mesh), "re-checked contacts are sorted, none twice");

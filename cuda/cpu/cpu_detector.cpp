@@ -65,7 +65,7 @@ CpuDetector::~CpuDetector() { discard_ahead(); }
 
 void CpuDetector::set_mesh(const Mesh& mesh) {
   discard_ahead();
-  near_pairs_lost_ = false;
+  near_pairs_lost_ = near_pairs_are_taken_ = false;
   mesh_ = &mesh;
   hierarchy_.forget();
   front_policy_.forget();
@@ -168,7 +168,7 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
     verlet_list_.forget();
     throw;
   }
-  near_pairs_lost_ = false;
+  near_pairs_lost_ = near_pairs_are_taken_ = false;
   stats.started_ahead = started_ahead;
   record_list_use();
 
@@ -267,11 +267,12 @@ void CpuDetector::take_near_distances(Span<const double> of_pairs) {
 }
 
 void CpuDetector::take_near_pairs(const std::array<Span<const Candidate>, 2>& pairs) {
+  LAZYCCD_ASSERT(!is_running_ahead_, "pairs are taken while no worker detects ahead");
   for (const auto& worker : workers_) worker->near_pairs.clear();
   for (std::size_t kind = 0; kind < 2; ++kind)
     workers_[0]->near_pairs.of[kind].assign(pairs[kind].begin(), pairs[kind].end());
   near_pairs_lost_ = false;
-  last_motion_is_kept_ = false;
+  near_pairs_are_taken_ = true;
 }
 
 void CpuDetector::describe_near(Stats& stats) {

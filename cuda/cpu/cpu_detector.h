@@ -44,7 +44,7 @@ class CpuDetector : public BackendDetector {
   void take_near_pairs(const std::array<Span<const Candidate>, 2>& pairs);
   /// As Detector::can_recheck_any_motion().
   bool can_recheck_any_motion() const {
-    return !near_pairs_lost_ && hierarchy_.is_built() && may_list();
+    return !near_pairs_lost_ && !near_pairs_are_taken_ && hierarchy_.is_built() && may_list();
   }
   /// As Detector::near_distances().
   Span<const double> near_distances() const { return near_distances_; }
@@ -190,6 +190,7 @@ class CpuDetector : public BackendDetector {
   // detect_ahead() overwrote the near pairs of the last detection, an exception ended it, other
   // bodies rest now, or another backend has them.
   bool near_pairs_lost_ = false;
+  bool near_pairs_are_taken_ = false;  // from another backend, which knows the motion
   std::atomic<bool> is_interrupted_{false};
   bool are_sorted_ = false;  // contacts_ holds the contacts found ahead, sorted
   Stats ahead_stats_;

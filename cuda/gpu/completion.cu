@@ -78,7 +78,7 @@ void Completion::run_in_parts(const StepInput& input, cudaStream_t stream, Stats
   StepCounters sum{};
   part_contacts_.clear();
   part_queries_.clear();
-  for (std::vector<Candidate>& pairs : part_near_) pairs.clear();
+  for (std::vector<Candidate>& of_kind : part_near_) of_kind.clear();
   std::uint32_t size = std::max(pairs / 2, 1u);
   stats.parts = 0;
   for (std::uint32_t first = 0; first < pairs || stats.parts == 0;) {
@@ -101,11 +101,9 @@ void Completion::run_in_parts(const StepInput& input, cudaStream_t stream, Stats
       part_queries_.insert(part_queries_.end(), queries, queries + c.too_wide);
     }
     for (const ContactKind kind : {ContactKind::vertex_face, ContactKind::edge_edge}) {
-      const std::uint32_t count = c.near[static_cast<int>(kind)];
-      if (count == 0) continue;
-      const Candidate* const near = buffers.download_near(kind);
-      part_near_[static_cast<int>(kind)].insert(part_near_[static_cast<int>(kind)].end(), near,
-                                                near + count);
+      const Span<const Candidate> near = buffers.download_near(kind);
+      std::vector<Candidate>& of_kind = part_near_[static_cast<int>(kind)];
+      of_kind.insert(of_kind.end(), near.begin(), near.end());
     }
     add_part(sum, c);
     sum.leaf_area = c.leaf_area;
@@ -133,8 +131,7 @@ std::pair<Positions, Positions> Completion::host_positions(const HostPositions& 
 Span<const Candidate> Completion::near_pairs(ContactKind kind) {
   const int k = static_cast<int>(kind);
   if (in_parts_) return part_near_[k];
-  if (counters_.near[k] == 0) return {};
-  return {step_.buffers().download_near(kind), counters_.near[k]};
+  return step_.buffers().download_near(kind);
 }
 
 Span<const Contact> Completion::contacts(const HostPositions& given, Stats& stats) {

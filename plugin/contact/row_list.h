@@ -27,9 +27,9 @@ class RowList {
   /// Replaces the list by near contacts; no row is made yet. The arrays behind `near` must stay
   /// unchanged as long as the list may make rows of them.
   void take(const NearContacts& near, const RowFactory& factory);
-  /// Adds a row for each of the contacts, which are sorted. It comes behind the rows that its pair
-  /// has, and make(contact, row) makes it. Of these and of the rows that cannot act, only those
-  /// stay that are made; of its pair's, only those with an impulse. So indices change.
+  /// Adds a row for each of the contacts, which are sorted: make(contact, row) makes it. It comes
+  /// behind the rows that its pair has. Of those only made ones with an impulse stay. Other rows
+  /// are dropped if they cannot act and are not made. So indices change.
   template <class Make>
   void add(const std::vector<Contact>& contacts, const Make& make);
 

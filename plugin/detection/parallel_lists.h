@@ -24,8 +24,9 @@ class ParallelLists {
   void reserve(std::size_t lists, std::size_t items) {
     if (next_.size() < items) next_.resize(items);
     if (lists <= list_count_) return;
-    list_count_ = std::max(lists, 2 * list_count_);
-    first_ = std::make_unique<std::atomic<std::int32_t>[]>(list_count_);
+    const std::size_t count = std::max(lists, 2 * list_count_);
+    first_ = std::make_unique<std::atomic<std::int32_t>[]>(count);
+    list_count_ = count;
     empty_first(list_count_);
   }
   std::size_t list_count() const { return list_count_; }

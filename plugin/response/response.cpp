@@ -115,8 +115,8 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
     motion.find_turn_displacement();
     let_motors_give_way(islands, motion);
     constraints_.solve(motion, options_.solver_iterations);
-    // Once more, as what was not near before may have stretched links. Then contacts are the last.
-    if (links && i == 0) hold_links_in_contact(links, motion);
+    // What was not near before may have stretched links anew. Later rounds solve contacts alone.
+    if (links && i == 0 && strain_limit_.is_on()) hold_links_in_contact(links, motion);
     contacts = detect(motion.starts(), motion.ends());
   }
   contacts.erase(std::remove_if(contacts.begin(), contacts.end(), is_initial_contact),

@@ -61,7 +61,7 @@ class Response {
   void forget();
 
  private:
-  /// Holds the links of all soft bodies of the selected islands that contacts push.
+  /// Holds the links of all soft bodies of the selected islands that are in contact.
   void hold_links_in_contact(const LinkSolver& links, Motion& motion);
   /// Solves the near contacts that were selected: with a warm start, or without if that raises the
   /// kinetic energy.

@@ -158,6 +158,8 @@ class ContactSolver {
 
   /// Without links that were solved again, as the estimates of rows that are not made.
   RowEstimate estimate(const ContactRow& row) const;
+  /// Whether the estimate of a row that is not made holds: no body of it has turned since.
+  bool is_current(const Contact& contact) const;
   bool has_impulse(const ContactRow& row) const {
     return for_split_impulse_ ? row.split_impulse != 0 : row.has_impulse();
   }

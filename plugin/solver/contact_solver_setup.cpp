@@ -60,6 +60,12 @@ RowEstimate ContactSolver::estimate(const ContactRow& row) const {
   return estimate;
 }
 
+bool ContactSolver::is_current(const Contact& contact) const {
+  return motion_->turn_displacement.empty() ||
+         std::all_of(contact.vertices.begin(), contact.vertices.end(),
+                     [this](std::int32_t v) { return motion_->turn_displacement[v].isZero(); });
+}
+
 void ContactSolver::Largest::include(const Largest& other) {
   need = std::max(need, other.need);
   move_squared = std::max(move_squared, other.move_squared);
@@ -334,7 +340,7 @@ void ContactSolver::classify(RowChunk& chunk, bool only_may_need_split) {
   };
   for (const std::int32_t row_index : chunk.rows) {
     const auto i = static_cast<std::size_t>(row_index);
-    if (!for_split_impulse_ && !rows_->is_made(i)) {
+    if (!for_split_impulse_ && !rows_->is_made(i) && is_current(rows_->contact(i))) {
       rows_->set_may_need_split(i, rows_->estimate(i).may_need_split);
       add(i, rows_->estimate(i), false);
     } else if (rows_->may_need_split(i) || !only_may_need_split) {

@@ -20,8 +20,8 @@ WORDS = {2: "two", 17: "seventeen", 18: "eighteen", 20: "twenty"}
 # How the front page calls rows of the tables.
 CALLED = {
     "ball and 49 ropes, untuned, rigid, float, 60": "49 ropes and a ball, rigid world, 1/60 s",
-    "twist, rigid, float, 4, 0.016666666666666666, 0.01, 0.5, lazyccd":
-        "strip that is twisted at 4 m/s, rigid world, 1/60 s",
+    "twist, rigid, double, 4, 0.016666666666666666, 0.01, 0.5, lazyccd":
+        "strip that is twisted at 4 m/s, rigid world, 1/60 s, Bullet in double",
 }
 MARGINS, MAP = "costs/untuned.csv", "failures/map.csv"
 

@@ -1,6 +1,7 @@
 // Bounds of the distance of two primitives at the start of the step, in single precision, and what
-// they say about contact reduction (core/narrow/contact_reduction.h). All backends compute them
-// with the same bits, but for underflow, because their scales are different powers of two.
+// they say about contact reduction (core/narrow/contact_reduction.h). All backends compute the same
+// bits. Their scales are different powers of two, which changes no bit unless the square of a
+// distance underflows.
 //
 // Error bounds: each component of the scaled differences is off by one rounding. Each component of
 // the gap between the points found is off by less than 8 roundings of `magnitude`, the sum of the

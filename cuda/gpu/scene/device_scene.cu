@@ -28,10 +28,14 @@ void DeviceScene::upload_mesh() {
 }
 
 void DeviceScene::update_resting(cudaStream_t stream) {
-  std::vector<char> resting(mesh_->resting().begin(), mesh_->resting().end());
-  resting.resize(mesh_->body_count(), 0);
-  if (resting == uploaded_resting_) return;
-  uploaded_resting_.swap(resting);
+  const auto is_as_uploaded = [this] {
+    if (mesh_->any_resting()) return mesh_->has_resting(uploaded_resting_);
+    return std::find(uploaded_resting_.begin(), uploaded_resting_.end(), 1) ==
+           uploaded_resting_.end();
+  };
+  if (is_as_uploaded()) return;
+  uploaded_resting_.assign(mesh_->resting().begin(), mesh_->resting().end());
+  uploaded_resting_.resize(mesh_->body_count(), 0);
   LAZYCCD_CUDA_CHECK(cudaMemcpyAsync(resting_.data(), uploaded_resting_.data(),
                                      uploaded_resting_.size(), cudaMemcpyHostToDevice, stream));
 }

@@ -170,13 +170,14 @@ ContactColumns StepBuffers::finish_columns(cudaStream_t stream) {
   return ColumnLayout::of(column_fields_, downloaded_columns_).columns(host_columns_.data(), count);
 }
 
-const Candidate* StepBuffers::download_near(ContactKind kind) {
+Span<const Candidate> StepBuffers::download_near(ContactKind kind) {
   const int k = static_cast<int>(kind);
   const std::uint32_t count = counters().near[k];
+  if (count == 0) return {};
   host_near_[k].reserve(count);
   LAZYCCD_CUDA_CHECK(cudaMemcpy(host_near_[k].data(), near_[k].data(), count * sizeof(Candidate),
                                 cudaMemcpyDeviceToHost));
-  return host_near_[k].data();
+  return {host_near_[k].data(), count};
 }
 
 const HardQuery* StepBuffers::download_too_wide() {

@@ -84,8 +84,8 @@ class StepBuffers {
   ContactColumns finish_columns(cudaStream_t stream);
   const Contact* sorted() const { return sorted_.data(); }  ///< on the device
   std::uint32_t contact_capacity() const { return contacts_.capacity(); }
-  /// Downloads the pairs of a kind within the separation: counters().near of them.
-  const Candidate* download_near(ContactKind kind);
+  /// Downloads the pairs of a kind within the separation.
+  Span<const Candidate> download_near(ContactKind kind);
   /// Downloads the queries that need integers of any size: counters().too_wide of them.
   const HardQuery* download_too_wide();
 

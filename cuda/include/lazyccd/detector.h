@@ -144,7 +144,7 @@ class LAZYCCD_API Detector {
   /// motion of that detect() add up to less than h. Within a body, h is that of a pair with
   /// the smallest Topology::self_separation of its vertices. Runs on the CPU with every backend.
   /// Throws Error after detect_ahead() has started, because that reuses the list of pairs, and
-  /// after set_resting().
+  /// after set_resting(); Error(device) if a GPU has the pairs and fails.
   Span<const Contact> recheck_near_pairs(const Positions& start, const Positions& end);
   /// Whether recheck_near_pairs() is complete for any motion: it searches again where vertices
   /// deviate by more than h. So it is after a detect() of the CPU with Volume::box, unless

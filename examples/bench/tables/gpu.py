@@ -76,6 +76,7 @@ def steps():
     lines = []
     for scene, size in distinct((row["scene"], row["size"]) for row in rows):
         own = [row for row in rows if (row["scene"], row["size"]) == (scene, size)]
+        alone = next(row for row in own if row["with"] == "Bullet alone")
         lines.append([scene, size] + [span([float(row["ms"]) for row in own if row["with"] == method])
-                                      for method in methods] + [count(own[0]["pass-throughs"])])
+                                      for method in methods] + [count(alone["pass-throughs"])])
     return ["scene", "size", *(f"{method}, ms" for method in methods), "Bullet's pass-throughs"], lines

@@ -22,6 +22,8 @@ class StrainLimit {
   /// `limit`: SolverOptions::strain_limit.
   explicit StrainLimit(double limit) : limit_(limit > 0 ? std::max(1.0, limit) : 0) {}
 
+  bool is_on() const { return limit_ > 0; }
+
   /// Adds rows of the links that pulled in the last step, with their impulses, if a contact of
   /// `near` may act on their body. Call before the first solve.
   void warm_start(const NearContacts& near, const LinkSolver& links,

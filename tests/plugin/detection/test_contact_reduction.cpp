@@ -1,5 +1,10 @@
 // ContactReduction keeps one of several near pairs with the same closest points.
 #include "detection/contact_reduction.h"
+
+#include <algorithm>
+#include <random>
+#include <vector>
+
 #include "plugin/support/contacts.h"
 #include "support/catch.h"
 
@@ -54,4 +59,27 @@ TEST_CASE("the nearest of several pairs with nearly the same points is kept") {
   CHECK(nearer[0].kind == ee);
 
   CHECK(kept({}, {}).empty());
+}
+
+TEST_CASE("contacts are reduced alike on any number of threads") {
+  std::mt19937 random(5);
+  const auto any = [&random](int count) { return static_cast<std::int32_t>(random() % count); };
+  std::vector<ReductionEntry> entries(20000);
+  for (ReductionEntry& entry : entries) {
+    const std::int32_t v = 10 * any(300);
+    make_constraint_key(contact(ContactKind::vertex_face, {v, v + 1, v + 2, v + 3}, any(2), 0),
+                        entry.key);
+    entry.gap = any(4);
+  }
+  std::vector<std::vector<bool>> kept;
+  for (const int threads : {1, 4, 4}) {
+    std::vector<ReductionEntry> left = entries;
+    ContactReduction().reduce(left, Threads(threads));
+    kept.emplace_back();
+    for (const ReductionEntry& entry : left)
+      kept.back().push_back(entry.key.kind != ConstraintKey::none);
+  }
+  CHECK(std::count(kept[0].begin(), kept[0].end(), true) == 600);
+  CHECK(kept[1] == kept[0]);
+  CHECK(kept[2] == kept[0]);
 }
