@@ -267,7 +267,6 @@ void CpuDetector::take_near_distances(Span<const double> of_pairs) {
 }
 
 void CpuDetector::take_near_pairs(const std::array<Span<const Candidate>, 2>& pairs) {
-  LAZYCCD_ASSERT(!is_running_ahead_, "pairs are taken while no worker detects ahead");
   for (const auto& worker : workers_) worker->near_pairs.clear();
   for (std::size_t kind = 0; kind < 2; ++kind)
     workers_[0]->near_pairs.of[kind].assign(pairs[kind].begin(), pairs[kind].end());
