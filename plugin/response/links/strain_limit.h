@@ -31,6 +31,8 @@ class StrainLimit {
   /// Adds rows of the links of these soft bodies that are too long in the solved motion, and solves
   /// again, until there are none or the rounds are over. A link may be as long as the limit, or as
   /// it was at the start of the step if that is longer. `sweeps`: as in ContactSolver::solve().
+  /// Response calls it after LinkRounds, and after the first contacts that were not near. Called
+  /// after all of these, links and contacts would undo each other (tests/long/stretch.md).
   void hold(std::vector<std::int32_t> bodies, const LinkSolver& links, int sweeps,
             ContactConstraints& constraints, Motion& motion);
 

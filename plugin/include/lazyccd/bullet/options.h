@@ -87,7 +87,8 @@ struct SolverOptions {
 
   /// How long a link of the rigid world may get while contacts push its body hard, as a multiple of
   /// its rest length, >= 0; less than 1 counts as 1. That is where they move a node by more than
-  /// 0.7 of its shortest edge in a step, and under weights and in impacts. Links may be stretched
+  /// 0.7 of its shortest edge in a step, under weights and in impacts. It is also where a body
+  /// touches what was not near before. Links may be stretched
   /// there by whatever else pulls at them, but not beyond the limit, or their length at the start
   /// of the step. Fast impacts, and weights of ten times a cloth and more, stretch them farther. 0:
   /// no limit.
