@@ -11,7 +11,7 @@
 # costs       1.5 hours   as many cores as the table of threads is to have; 16 in the recorded one
 # gpu         30 minutes  an NVIDIA GPU, nvcc and the frames
 # strategies  5 minutes   an NVIDIA GPU and nvcc
-# users       1 hour      what examples/bench/simulators needs; demos and tasks of other projects stay as they are
+# users       half an hour; demos and tasks of other projects stay as they are
 #
 # Without a page it prints this list. examples/bench/pages.py writes the tables without measuring.
 set -euo pipefail
@@ -58,7 +58,13 @@ strategies() {
   note $(cd $results && echo strategies/*.csv)
 }
 
-users() { run python3 examples/bench/simulators/compare.py --csv $results/simulators.csv && note simulators.csv; }
+users() {
+  require_packages core python
+  python3 -m venv $work/simulators
+  $work/simulators/bin/pip install --quiet ./plugin/python -r examples/bench/simulators/requirements.txt
+  run $work/simulators/bin/python examples/bench/simulators/compare.py --limit 25 --csv $results/simulators.csv
+  note simulators.csv
+}
 
 costs() { source "$here/costs/all.sh"; }
 gpu() { source "$here/device/all.sh"; }

@@ -27,6 +27,8 @@ import matplotlib.pyplot as plt  # noqa: E402  (after the choice of backend)
 from matplotlib.collections import PolyCollection  # noqa: E402
 from matplotlib.patches import Patch  # noqa: E402
 
+from map_verdict import verdict  # noqa: E402
+
 PROGRAMS = {"float": "lazyccd", "double": "lazyccd_double"}
 WORLDS = ["rigid", "deformable"]
 DETECTORS = {  # options of `lazyccd simulate`, and the name in table and picture
@@ -151,21 +153,6 @@ VERDICTS = [
     ("clean", "#dcefe0", "clean"),
     ("unclean", "#ffffff", "intersects at the start: not counted"),
 ]
-# Relative to the energy at the start. Bullet's integrators also change the whole energy.
-ENERGY_LIMIT, RESPONSE_LIMIT = 0.05, 0.01
-
-
-def verdict(row):
-    if row["outcome"] != "ran":
-        return "dies"
-    if int(row["initial_intersections"]):
-        return "unclean"
-    if int(row["crossings"]) or int(row["intersections"]) or int(row["wrong_side"]):
-        return "through"
-    if (float(row["energy_gain"]) > ENERGY_LIMIT or
-            float(row["response_gain"]) > RESPONSE_LIMIT):
-        return "energy"
-    return "held" if int(row["failsafe_holds"]) else "clean"
 
 
 def counts(rows):

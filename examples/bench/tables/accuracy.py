@@ -1,6 +1,7 @@
 """Tables of accuracy.md and failures.md."""
 from itertools import product
 
+from map_verdict import verdict
 from tables.common import count, distinct, number, percent, plain, read, table, text
 
 POOL = "broad phase"  # the queries that a broad phase yields
@@ -30,17 +31,6 @@ plain("accuracy/steps", "accuracy/steps.csv", [
 
 WORDS = {"dies": "dies", "through": "passes through", "energy": "gains energy", "held": "holds nodes",
          "clean": "clean"}
-
-
-def verdict(row):
-    """The verdict of examples/bench/map.py on a point of the map."""
-    if row["outcome"] != "ran":
-        return "dies"
-    if any(int(row[name]) for name in ("crossings", "intersections", "wrong_side")):
-        return "through"
-    if float(row["energy_gain"]) > 0.05 or float(row["response_gain"]) > 0.01:
-        return "energy"
-    return "held" if int(row["failsafe_holds"]) else "clean"
 
 
 def verdicts(**wanted):
