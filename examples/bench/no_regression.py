@@ -17,13 +17,14 @@ Bullet alone at 1/240 s. Run it on an idle machine.
 import argparse
 import csv
 import json
-import os
 import subprocess
 import tempfile
 from pathlib import Path
 from statistics import median
 
 import numpy
+
+from machine import machine
 
 PROGRAMS = {"float": "lazyccd", "double": "lazyccd_double"}
 # Scene, world, speed, size. At 1/240 s Bullet alone misses nothing in them.
@@ -94,12 +95,6 @@ def paths(programs, precision, scene):
         margins = numpy.linalg.norm(distance, axis=2) / alone["margin_m"]
         apart[name] = list(zip(margins.mean(axis=1), margins.max(axis=1)))
     return alone, runs["lazyccd"][0], apart
-
-
-def machine():
-    info = Path("/proc/cpuinfo").read_text().splitlines()
-    model = next(line.split(":")[1].strip() for line in info if line.startswith("model name"))
-    return f"{model} x {os.cpu_count()}"
 
 
 def wrong(stats):

@@ -12,12 +12,12 @@ In a page, a table stands between two lines, and so does the line that says wher
 The folder bench/tables has the columns. --check changes nothing and fails if a page is not up to date.
 """
 import csv
-import os
 import re
 import subprocess
 import sys
 from pathlib import Path
 
+from machine import machine
 from tables import accuracy, behaviour, costs, gpu, strategies, users  # noqa: F401  (they register tables)
 from tables.common import RESULTS, TABLES, distinct
 
@@ -66,18 +66,6 @@ def render(page):
         return begin + (markdown(*found) if found else "") + end
 
     return PART.sub(part, page)
-
-
-def machine():
-    lines = Path("/proc/cpuinfo").read_text().splitlines()
-    cpu = next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
-    cpu = re.sub(r"\((R|TM)\)| Processor.*| CPU.*| @.*", "", cpu)
-    try:
-        names = subprocess.run(["nvidia-smi", "--query-gpu=name", "--format=csv,noheader"], capture_output=True,
-                               text=True).stdout.splitlines()
-    except FileNotFoundError:
-        names = []
-    return ", ".join([*distinct(names), f"{cpu}, {os.cpu_count()} cores"])
 
 
 def note(files, command):
