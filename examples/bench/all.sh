@@ -49,7 +49,7 @@ behaviour() {
   run bash examples/bench/behaviour.sh
   note behaviour/behaviour.csv behaviour/behaviour_double.csv behaviour/curve.csv
   build_preset cpu -- lazyccd lazyccd_double
-  run python3 examples/bench/no_regression.py $programs --rounds 0 --csv $results/behaviour/paths.csv
+  run /usr/bin/python3 examples/bench/no_regression.py $programs --rounds 0 --csv $results/behaviour/paths.csv
   note behaviour/paths.csv
 }
 

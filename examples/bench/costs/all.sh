@@ -30,7 +30,7 @@ python3 "$here/stats_csv.py" $out/thrown.csv "Bullet alone=$(echo $work/bullet?.
   "LazyCCD=$(echo $work/lazyccd?.json)"
 note costs/thrown.csv
 
-run python3 examples/bench/no_regression.py $programs --times-csv $out/right.csv
+run /usr/bin/python3 examples/bench/no_regression.py $programs --times-csv $out/right.csv
 note costs/right.csv
 
 echo "precision,nodes,links,iterations,Bullet us,LazyCCD us" >$out/links.csv
@@ -40,7 +40,7 @@ for precision in float double; do
 done
 note costs/links.csv
 
-run python3 examples/bench/size_chart.py $programs/lazyccd --sizes 0.1,0.2,0.4,0.8,1.5,3,6 --csv $out/sizes.csv \
+run /usr/bin/python3 examples/bench/size_chart.py $programs/lazyccd --sizes 0.1,0.2,0.4,0.8,1.5,3,6 --csv $out/sizes.csv \
   --chart $out/sizes.png drop:rigid drop:deformable
 note costs/sizes.csv
 
@@ -60,10 +60,10 @@ run $bench/lazyccd_sleeper_costs --csv $out/sleepers.csv
 note costs/sleepers.csv
 
 counts=1 && for ((n = 2; n <= $(nproc); n *= 2)); do counts+=,$n; done
-run python3 examples/bench/scaling.py $programs/lazyccd --threads $counts --steps 100 --csv $out/threads.csv \
+run /usr/bin/python3 examples/bench/scaling.py $programs/lazyccd --threads $counts --steps 100 --csv $out/threads.csv \
   --chart $out/threads.png
 note costs/threads.csv
-run python3 examples/bench/scaling.py $programs/lazyccd --threads "1,2,$(nproc),auto" --steps 100 --without-bullet \
+run /usr/bin/python3 examples/bench/scaling.py $programs/lazyccd --threads "1,2,$(nproc),auto" --steps 100 --without-bullet \
   --csv $out/threads_auto.csv {cloth-on-cloth,drop,fold,n-body}:rigid:1 \
   {cloth-on-cloth,drop,twenty-cloths}:deformable:1 cloth-on-cloth:rigid:4
 note costs/threads_auto.csv
