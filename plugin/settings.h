@@ -378,15 +378,6 @@ inline constexpr int last_limit_rounds = 1, last_motor_rounds = 2;
 /// solves links after contacts; without rounds, bodies bounce off, or weights sink in.
 namespace links {
 
-/// m/s. An impact is what the impulses of the last step do not stop: contacts that still meet
-/// faster. At 60 steps a second gravity alone gives half of this to a node that has left a contact.
-inline constexpr double min_impact_speed = 0.3;
-/// And the load of the body, the sum of its normal forces, must exceed that of the last step and
-/// the body's weight by this factor. Where a body rests, slides or drapes, single nodes meet that
-/// fast in each step, but the load stays as it is.
-inline constexpr double min_load_growth = 1.1;
-/// Rounds after an impact, also of a body that has fewer position iterations.
-inline constexpr int min_rounds_after_impact = 2;
 /// Of bodies that have them in each contact: this many rounds by position iteration, and at least
 /// so many. With one by iteration, more tetrahedra turn inside out than with Bullet, whose contacts
 /// let nodes sink in.

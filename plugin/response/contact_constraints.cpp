@@ -54,7 +54,6 @@ void ContactConstraints::clear_rows() {
   active_rows_.reset();
   islands_are_current_ = false;
   sweep_count_ = 0;
-  approach_.clear();
 }
 
 RowIslands& ContactConstraints::islands(const Motion& motion) {
@@ -326,7 +325,6 @@ void ContactConstraints::solve_impulses_again(Motion& motion, int sweeps) {
 
 void ContactConstraints::solve_set_up(Motion& motion, int sweeps) {
   active_rows_.reset();
-  record_approach(motion);
   sweep_count_ += solver_.solve(sweeps);
   solver_.write(motion);
 }
@@ -371,15 +369,6 @@ void ContactConstraints::solve_split_impulses(Motion& motion, int sweeps) {
     if (motion.rigid[i].is_dynamic() && is_solved(i)) motion.apply_response(motion.rigid[i]);
   for (ArticulatedMotion& body : motion.articulated)
     if (is_solved(body.links.front().rigid)) motion.apply_response(body);
-}
-
-void ContactConstraints::record_approach(const Motion& motion) {
-  approach_.resize(motion.rigid_of_body.size(), 0);
-  for (std::size_t body = 0; body < approach_.size(); ++body) {
-    const std::int32_t island = islands_.of_body(static_cast<std::int32_t>(body));
-    if (island >= 0 && islands_.is_selected(island))
-      approach_[body] = solver_.largest_violation(island);
-  }
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -104,10 +104,6 @@ class ContactConstraints {
   /// Islands of the present rows. All are selected when rows have changed.
   RowIslands& islands(const Motion& motion);
 
-  /// By body: largest violation of a row of its island before the last solve() of the island, by
-  /// the motion with the impulses that rows had then, metres.
-  double approach_of(std::int32_t body) const { return approach_[body]; }
-
   /// Number of sweeps of the solver in this step.
   int sweep_count() const { return sweep_count_; }
 
@@ -137,7 +133,6 @@ class ContactConstraints {
   std::vector<char> find_prescribed_motion(const Motion& motion);
   /// The rest of solve_impulses(), once the problems are set up.
   void solve_set_up(Motion& motion, int sweeps);
-  void record_approach(const Motion& motion);
 
   // A row that starts with an impulse of the last step.
   struct WarmStart {
@@ -160,7 +155,6 @@ class ContactConstraints {
   std::vector<LastLinkImpulse> last_link_impulses_;
   RowIslands islands_;
   bool islands_are_current_ = false;  // false: rows changed since
-  std::vector<double> approach_;      // by body, metres
   int sweep_count_ = 0;               // in this step
   ContactSolver solver_, split_solver_;
 };

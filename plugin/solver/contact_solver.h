@@ -88,10 +88,6 @@ class ContactSolver {
   /// set_up(). Of all else that it took, only Motion::link_displacement may have changed.
   void go_on();
 
-  /// By island: largest displacement along a normal that impulses must add to those that the rows
-  /// have, metres; 0 for islands that are not selected.
-  double largest_violation(std::size_t island) const { return problems_[island].max_violation; }
-
   /// Runs the sweeps and returns their number. `sweeps`: normal limit. The limit is 4 x `sweeps` if
   /// contacts approach slowly or rest, `sweeps` / 5 for split impulses, and `sweeps` / 10 in a
   /// round. Stops earlier once sweeps change nothing visible.
@@ -121,7 +117,8 @@ class ContactSolver {
     bool any_active = false;
     Largest largest;
     double length_unit = 1, mass_unit = 1;  // metres, kg
-    double max_violation = 0;               // at set_up(), metres
+    // At the start: largest displacement along a normal that impulses must add, metres.
+    double max_violation = 0;
   };
   // Some rows of an island, in the order of the list.
   struct RowChunk {

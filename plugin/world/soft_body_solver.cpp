@@ -36,15 +36,13 @@ void start_where_it_slept(btSoftBody& body) {
   for (int i = 0; i < body.m_nodes.size(); ++i) body.m_nodes[i].m_q = body.m_nodes[i].m_x;
 }
 
-// Bullet solves contacts and links in turn. Bodies bounce off if their links are not solved again
-// after the contacts. A body with pressure bounces by that, as with Bullet. Under weights ropes
-// stay as they are: hundreds that a body rolls over would cost much. Tetrahedra turn inside out in
-// an impact, which no link undoes, unless links carry it upwards.
+// A body with pressure bounces by its links, as with Bullet. Under weights ropes stay as they are:
+// hundreds that a body rolls over would cost much. Tetrahedra turn inside out in an impact, which
+// no link undoes, unless links carry it upwards.
 LinkSolver::Again links_again(const btSoftBody& body) {
   if (body.m_tetras.size() > 0) return LinkSolver::Again::in_contact;
-  if (body.m_cfg.kPR != 0 || body.m_cfg.kVC > 0) return LinkSolver::Again::where_pushed;
-  return body.m_faces.size() == 0 ? LinkSolver::Again::after_impact
-                                  : LinkSolver::Again::under_weight;
+  const bool is_cloth = body.m_faces.size() > 0 && body.m_cfg.kPR == 0 && body.m_cfg.kVC <= 0;
+  return is_cloth ? LinkSolver::Again::under_weight : LinkSolver::Again::where_pushed;
 }
 
 std::vector<LinkSolver::Link> read_links(const SoftScene& scene, std::int32_t index) {
@@ -192,10 +190,6 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   };
   links.iterations = [this](std::int32_t body) {
     return pipeline_->scene().bodies()[body].body->m_cfg.piterations;
-  };
-  links.weight = [this](std::int32_t body) {
-    btSoftBody& soft = *pipeline_->scene().bodies()[body].body;
-    return static_cast<double>(soft.getTotalMass() * soft.getWorldInfo()->m_gravity.length());
   };
   links.solve = [this](const std::vector<std::int32_t>& bodies, double least, Motion& motion) {
     return solve_links(bodies, least, motion);

@@ -9,12 +9,6 @@
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
-namespace {
-
-using Again = LinkSolver::Again;
-
-}  // namespace
-
 void LinkRounds::begin_step(double dt) {
   time_ += dt;
   if (!loads_.empty()) std::swap(loads_, last_loads_);
@@ -34,22 +28,7 @@ void LinkRounds::renumber(const Renumbering& numbers) {
 
 void LinkRounds::forget() {
   loads_.clear();
-  for (Load& load : last_loads_) load.force = load.push = 0;  // a weight may be in the air
-}
-
-void LinkRounds::find_loads(const std::vector<const ContactRow*>& rows, const Motion& motion) {
-  loads_.assign(motion.rigid_of_body.size(), {});
-  for (const ContactRow* const row : rows) {
-    for (const std::int32_t body : {row->contact.body_a, row->contact.body_b})
-      loads_[body].force += row->normal_impulse / (motion.dt * motion.dt);
-  }
-}
-
-bool LinkRounds::is_hit(std::int32_t body, double approach, const LinkSolver& links,
-                        const Motion& motion) const {
-  const double force = loads_[body].force, growth = settings::links::min_load_growth;
-  return approach >= settings::links::min_impact_speed * motion.dt &&
-         force > growth * last_load(body).force && force > growth * links.weight(body);
+  for (Load& load : last_loads_) load.push = 0;  // a weight may be in the air
 }
 
 double LinkRounds::weighed_until(std::int32_t body, const NodePushes& pushes) const {
@@ -65,9 +44,9 @@ double LinkRounds::weighed_until(std::int32_t body, const NodePushes& pushes) co
 void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& constraints,
                      Motion& motion) {
   LAZYCCD_BT_PROFILE("links and contacts in turn");
-  const std::vector<const ContactRow*>& rows = constraints.active_rows();
-  find_loads(rows, motion);
-  const NodePushes pushes = find_node_pushes(rows, motion);
+  using Again = LinkSolver::Again;
+  const NodePushes pushes = find_node_pushes(constraints.active_rows(), motion);
+  loads_.assign(motion.rigid_of_body.size(), {});
   Turns loaded{{}, settings::links::min_link_speed};
   Turns weighed{{}, settings::links::min_link_speed_under_weight};
   for (std::int32_t body = 0; body < static_cast<std::int32_t>(loads_.size()); ++body) {
@@ -77,8 +56,7 @@ void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& co
     load.apart_until = last_load(body).apart_until;
     const Again again = links.again(body);
     if (again == Again::never) load.apart_until = time_ + settings::links::apart_seconds;
-    if (again == Again::never || load.force == 0) continue;
-    const bool after_impact = again == Again::after_impact || again == Again::under_weight;
+    if (again == Again::never || pushes.largest[body] == 0) continue;
     const bool is_weighed =
         time_ >= load.apart_until && pushes.by_weights[body] > 0 && load.weighed_until > time_;
     if (again == Again::in_contact) {
@@ -90,9 +68,6 @@ void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& co
       } else if (pushes.by_weights[body] == 0 || pushes.weights_press[body]) {
         loaded.bodies.push_back({body, rounds});
       }  // else jaws grip it: links that they leave no room would throw its nodes
-    } else if (after_impact && is_hit(body, constraints.approach_of(body), links, motion)) {
-      loaded.bodies.push_back(
-          {body, std::max(settings::links::min_rounds_after_impact, links.iterations(body))});
     } else if (again == Again::under_weight && is_weighed) {
       weighed.bodies.push_back({body, settings::links::max_rounds_under_weight});
     } else if (pushes.largest[body] > settings::links::min_pushed_fraction) {

@@ -29,9 +29,6 @@ struct LinkSolver {
     never,
     /// Where contacts move a node by much of its shortest edge. There links are stretched most.
     where_pushed,
-    /// That, and after an impact, in as many rounds as the body has position iterations: the links
-    /// that contacts leave too short would throw the body back.
-    after_impact,
     /// That, and under a weight: a rigid body that is much heavier than the nodes that carry it. If
     /// links are solved before the contacts alone, one solution of them must move these nodes by as
     /// much as the step moves the weight. The links stretch until that is enough.
@@ -49,8 +46,6 @@ struct LinkSolver {
   std::function<Span<const Link>(std::int32_t body)> links;
   /// Position iterations of a body.
   std::function<int(std::int32_t body)> iterations;
-  /// What gravity pulls a body by, N.
-  std::function<double(std::int32_t body)> weight;
   /// Moves Motion::solved of these soft bodies (indices of bodies) by one more position iteration
   /// of their links, and adds that to Motion::link_displacement. Returns false, and moves nothing,
   /// if no node would move by `least`, metres.
@@ -67,7 +62,7 @@ class LinkRounds {
   void begin_step(double dt);
   /// Call if the indices of bodies change.
   void renumber(const Renumbering& numbers);
-  /// Forgets how strong the last step was: forces and pushes.
+  /// Forgets how far weights pushed in the last step.
   void forget();
 
   /// `constraints` must be solved. `sweeps`: as in ContactSolver::solve().
@@ -83,8 +78,7 @@ class LinkRounds {
 
   // What a body has to carry.
   struct Load {
-    double force = 0;  // sum of the normal forces before the rounds, N
-    double push = 0;   // NodePushes::by_weights after the rounds
+    double push = 0;  // NodePushes::by_weights after the rounds
     // Until then its links are solved again under weights, seconds on the clock of steps.
     double weighed_until = 0;
     double apart_until = 0;  // until then they are not: the body was pushed apart from another
@@ -100,11 +94,6 @@ class LinkRounds {
     double min_link_speed;  // links that move nodes more slowly end the rounds, m/s
   };
 
-  /// Sums up the normal forces on each body.
-  void find_loads(const std::vector<const ContactRow*>& rows, const Motion& motion);
-  /// Whether a body that contacts approach that fast has an impact. `approach`: metres.
-  bool is_hit(std::int32_t body, double approach, const LinkSolver& links,
-              const Motion& motion) const;
   /// Load::weighed_until of a body that contacts push that far.
   double weighed_until(std::int32_t body, const NodePushes& pushes) const;
   /// Solves the links of these bodies and the contacts of their islands in turn.
