@@ -1,11 +1,8 @@
 #include "response/islands.h"
 
 #include <algorithm>
-#include <map>
 #include <optional>
 #include <utility>
-
-#include "util/disjoint_sets.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -36,6 +33,11 @@ std::optional<double> prescribed_speed_of(std::int32_t body, const Motion& motio
   return fastest;
 }
 
+bool is_movable(std::int32_t body, const Motion& motion) {
+  const int rigid = motion.rigid_of_body[body];
+  return rigid < 0 || motion.rigid[rigid].is_movable();
+}
+
 }  // namespace
 
 void Island::add_fixed(std::optional<double> speed) {
@@ -44,72 +46,139 @@ void Island::add_fixed(std::optional<double> speed) {
   prescribed_speed = std::max(prescribed_speed, *speed);
 }
 
-std::vector<Island> find_islands(const std::vector<const ContactRow*>& rows,
-                                 const std::vector<std::int32_t>& others, const Motion& motion) {
-  DisjointSets sets(motion.rigid_of_body.size());
-  std::vector<char> in_contact(sets.size(), 0);
-  for (const std::int32_t body : others) in_contact[body] = 1;
-  const auto is_movable = [&motion](std::int32_t body) {
-    const int rigid = motion.rigid_of_body[body];
-    return rigid < 0 || motion.rigid[rigid].is_movable();
-  };
+void Islands::find(const std::vector<const ContactRow*>& rows,
+                   const std::vector<std::int32_t>& others, const Motion& motion) {
+  sets_.reset(motion.rigid_of_body.size());
+  in_contact_.assign(sets_.size(), 0);
+  is_carrier_.assign(sets_.size(), 0);
+  for (const std::int32_t body : others) in_contact_[body] = 1;
+  join_contacts(rows, motion);
+  join_anchored(motion);
+  number_islands();
+  add_bodies(motion);
+  add_fixed(rows, motion);
+}
+
+void Islands::join_contacts(const std::vector<const ContactRow*>& rows, const Motion& motion) {
   for (const ContactRow* const row : rows) {
     const std::int32_t a = row->contact.body_a, b = row->contact.body_b;
     for (const std::int32_t body : {a, b})
-      if (is_movable(body)) in_contact[body] = 1;
-    if (is_movable(a) && is_movable(b)) sets.join(a, b);
+      if (is_movable(body, motion)) in_contact_[body] = 1;
+    if (is_movable(a, motion) && is_movable(b, motion)) sets_.join(a, b);
   }
-  std::vector<std::int32_t> body_of_rigid(motion.rigid.size());
+}
+
+// Contacts of an anchored vertex also push the rigid body that it is anchored to.
+void Islands::join_anchored(const Motion& motion) {
+  body_of_rigid_.resize(motion.rigid.size());
   for (std::size_t body = 0; body < motion.rigid_of_body.size(); ++body) {
     const int rigid = motion.rigid_of_body[body];
-    if (rigid >= 0) body_of_rigid[rigid] = static_cast<std::int32_t>(body);
+    if (rigid >= 0) body_of_rigid_[rigid] = static_cast<std::int32_t>(body);
   }
-  std::set<std::int32_t> carriers;
-  // Contacts of an anchored vertex also push the rigid body that it is anchored to.
   for (const auto& [vertex, anchored] : motion.anchored) {
     const auto next =
         std::upper_bound(motion.first_vertex.begin(), motion.first_vertex.end(), vertex);
     const auto body = static_cast<std::int32_t>(next - motion.first_vertex.begin()) - 1;
-    if (!in_contact[body]) continue;
-    const std::int32_t rigid_body = body_of_rigid[anchored.rigid];
-    if (!in_contact[rigid_body]) carriers.insert(rigid_body);
-    sets.join(body, rigid_body);
+    if (!in_contact_[body]) continue;
+    const std::int32_t rigid_body = body_of_rigid_[anchored.rigid];
+    is_carrier_[rigid_body] = !in_contact_[rigid_body];
+    sets_.join(body, rigid_body);
   }
-  for (const std::int32_t body : carriers) in_contact[body] = 1;
-  std::map<std::int32_t, Island> islands;
-  for (std::int32_t body = 0; body < static_cast<std::int32_t>(sets.size()); ++body) {
-    if (!in_contact[body]) continue;
-    Island& island = islands[sets.find(body)];
-    island.bodies.push_back(body);
-    if (carriers.count(body) > 0) island.carriers.insert(body);
-    const int rigid = motion.rigid_of_body[body];
-    if (rigid >= 0 && motion.rigid[rigid].is_driven)
-      island.add_fixed(prescribed_speed_of(body, motion));
-    if (rigid >= 0 && motion.rigid[rigid].is_dynamic()) {
-      island.free = island.free && !motion.rigid[rigid].is_locked() &&
-                    !motion.rigid[rigid].supported_mobility;
-      continue;
-    }
-    if (rigid >= 0 && motion.rigid[rigid].articulated >= 0) {
-      island.free = false;
-      island.articulated.insert(motion.rigid[rigid].articulated);
-      continue;
-    }
+  for (std::size_t body = 0; body < in_contact_.size(); ++body)
+    if (is_carrier_[body]) in_contact_[body] = 1;
+}
+
+void Islands::number_islands() {
+  islands_.clear();
+  bodies_.clear();
+  island_of_.assign(sets_.size(), -1);
+  for (std::int32_t body = 0; body < static_cast<std::int32_t>(sets_.size()); ++body) {
+    if (!in_contact_[body]) continue;
+    bodies_.push_back(body);
+    const std::int32_t first = sets_.find(body);
+    if (first == body) islands_.emplace_back();
+    island_of_[body] =
+        first == body ? static_cast<std::int32_t>(islands_.size()) - 1 : island_of_[first];
+  }
+  std::sort(bodies_.begin(), bodies_.end(), [this](std::int32_t a, std::int32_t b) {
+    return std::pair(island_of_[a], a) < std::pair(island_of_[b], b);
+  });
+}
+
+void Islands::add_bodies(const Motion& motion) {
+  articulated_.clear();
+  masses_.clear();
+  parts_.clear();
+  begin_.assign(1, {});
+  for (std::size_t i = 0; i < islands_.size(); ++i) {
+    std::size_t end = begin_[i].body;
+    for (; end < bodies_.size() && island_of_[bodies_[end]] == static_cast<std::int32_t>(i); ++end)
+      add_body(bodies_[end], begin_[i].articulated, motion, islands_[i]);
+    islands_[i].bodies = {bodies_.data() + begin_[i].body, end - begin_[i].body};
+    add_masses(islands_[i].bodies, motion);
+    begin_.push_back({end, articulated_.size(), masses_.size(), parts_.size()});
+  }
+  for (std::size_t i = 0; i < islands_.size(); ++i) {
+    const Begin &begin = begin_[i], &end = begin_[i + 1];
+    islands_[i].articulated = {articulated_.data() + begin.articulated,
+                               end.articulated - begin.articulated};
+    islands_[i].masses = {masses_.data() + begin.mass, end.mass - begin.mass};
+    islands_[i].parts = {parts_.data() + begin.part, end.part - begin.part};
+  }
+}
+
+void Islands::add_body(std::int32_t body, std::size_t first_articulated, const Motion& motion,
+                       Island& island) {
+  const RigidMotion* const rigid =
+      motion.rigid_of_body[body] < 0 ? nullptr : &motion.rigid_of(body);
+  if (rigid && rigid->is_driven) island.add_fixed(prescribed_speed_of(body, motion));
+  if (rigid && rigid->is_dynamic()) {
+    island.free = island.free && !rigid->is_locked() && !rigid->supported_mobility;
+  } else if (rigid && rigid->articulated >= 0) {
+    island.free = false;
+    const auto first = articulated_.begin() + static_cast<std::ptrdiff_t>(first_articulated);
+    if (std::find(first, articulated_.end(), rigid->articulated) == articulated_.end())
+      articulated_.push_back(rigid->articulated);
+  } else {
     island.add_fixed(prescribed_speed_of(body, motion));
   }
-  // Static and kinematic bodies connect nothing, but they are a part of each island that they meet.
-  std::map<std::int32_t, std::optional<double>> speed_of_fixed;
+}
+
+void Islands::add_masses(Span<const std::int32_t> bodies, const Motion& motion) {
+  constexpr std::int32_t part_size = 1024;
+  const std::size_t first = masses_.size();
+  std::int32_t count = part_size;  // of the last part; full, so that the first range begins one
+  const auto add = [&](const MassRange& range, std::int32_t size) {
+    if (count + size > part_size) {
+      parts_.push_back(masses_.size() - first);
+      count = 0;
+    }
+    masses_.push_back(range);
+    count += size;
+  };
+  for (const std::int32_t body : bodies) {
+    if (motion.rigid_of_body[body] >= 0) {
+      add({motion.rigid_of_body[body], is_carrier_[body] != 0, 0, 0}, 1);
+      continue;
+    }
+    const std::int32_t last = motion.first_vertex[body + 1];
+    for (std::int32_t v = motion.first_vertex[body]; v < last; v += part_size) {
+      const std::int32_t next = std::min(v + part_size, last);
+      add({-1, false, v, next}, next - v);
+    }
+  }
+  parts_.push_back(masses_.size() - first);
+}
+
+void Islands::add_fixed(const std::vector<const ContactRow*>& rows, const Motion& motion) {
+  fixed_.assign(in_contact_.size(), {});
   for (const ContactRow* const row : rows) {
     std::int32_t fixed = row->contact.body_a, other = row->contact.body_b;
-    if (is_movable(fixed)) std::swap(fixed, other);
-    if (is_movable(fixed) || !is_movable(other)) continue;
-    const auto [speed, is_new] = speed_of_fixed.try_emplace(fixed);
-    if (is_new) speed->second = prescribed_speed_of(fixed, motion);
-    islands[sets.find(other)].add_fixed(speed->second);
+    if (is_movable(fixed, motion)) std::swap(fixed, other);
+    if (is_movable(fixed, motion) || !is_movable(other, motion)) continue;
+    if (!fixed_[fixed].is_known) fixed_[fixed] = {true, prescribed_speed_of(fixed, motion)};
+    islands_[island_of_[other]].add_fixed(fixed_[fixed].speed);
   }
-  std::vector<Island> result;
-  for (const auto& island : islands) result.push_back(island.second);
-  return result;
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

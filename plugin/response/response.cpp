@@ -28,7 +28,7 @@ void let_motors_give_way(const RowIslands& islands, Motion& motion) {
   }
 }
 
-bool are_disjoint(const std::vector<Island>& islands, const Motion& motion) {
+bool are_disjoint(Span<const Island> islands, const Motion& motion) {
   std::vector<char> is_in(motion.rigid_of_body.size(), 0);
   for (const Island& island : islands)
     for (const std::int32_t body : island.bodies)
@@ -266,14 +266,12 @@ void Response::finish(Motion& motion, StepStats& stats) {
                     options_.solver_iterations, threads_, motion);
   }
   const std::vector<const ContactRow*>& loaded_rows = constraints_.loaded_rows();
-  const std::vector<Island> islands = find_islands(loaded_rows, link_rounds_.bodies(), motion);
-  std::vector<IslandMasses> masses;
-  masses.reserve(islands.size());
+  islands_.find(loaded_rows, link_rounds_.bodies(), motion);
+  const Span<const Island> islands = islands_.all();
   LAZYCCD_ASSERT(are_disjoint(islands, motion), "islands whose momentum is kept share no body");
-  for (const Island& island : islands) masses.emplace_back(island, motion, threads_);
-  restore_angular_momentum(masses);
-  limit_lever_speeds(masses);
-  limit_kinetic_energy(masses, motion);
+  restore_angular_momentum(islands, threads_, motion);
+  limit_lever_speeds(islands, threads_, motion);
+  limit_kinetic_energy(islands, threads_, motion);
   damp_deformation(active_rows, options_.rest_damping, options_.rest_speed, threads_, motion);
   set_load_velocities(loaded_rows, motion);
   LAZYCCD_ASSERT(std::all_of(motion.velocity_change.begin(), motion.velocity_change.end(),

@@ -11,6 +11,7 @@
 #include "motion/motion.h"
 #include "response/contact_constraints.h"
 #include "response/impact_zones.h"
+#include "response/islands.h"
 #include "response/links/link_rounds.h"
 #include "response/links/strain_limit.h"
 
@@ -88,6 +89,7 @@ class Response {
   ContactConstraints constraints_;
   LinkRounds link_rounds_;
   StrainLimit strain_limit_;
+  Islands islands_;
   std::optional<ImpactZones> zones_;  // kept to be drawn
 };
 

@@ -5,6 +5,7 @@
 
 #include "motion/articulated_motion.h"
 #include "motion/rotation.h"
+#include "response/island_masses.h"
 #include "settings.h"
 
 namespace lazyccd::bullet {
@@ -111,9 +112,10 @@ void set_velocities(const Threads& threads, Motion& motion) {
   }
 }
 
-void restore_angular_momentum(const std::vector<IslandMasses>& islands) {
-  for (const IslandMasses& masses : islands) {
-    if (!masses.island.free) continue;
+void restore_angular_momentum(Span<const Island> islands, const Threads& threads, Motion& motion) {
+  for (const Island& island : islands) {
+    if (!island.free) continue;
+    const IslandMasses masses(island, motion, threads);
     struct Moment {
       double mass = 0;
       Vector3d sum = Vector3d::Zero();  // of mass times position
@@ -152,10 +154,10 @@ void restore_angular_momentum(const std::vector<IslandMasses>& islands) {
   }
 }
 
-void limit_lever_speeds(const std::vector<IslandMasses>& islands) {
-  for (const IslandMasses& masses : islands) {
-    const Island& island = masses.island;
+void limit_lever_speeds(Span<const Island> islands, const Threads& threads, Motion& motion) {
+  for (const Island& island : islands) {
     if (island.free) continue;
+    const IslandMasses masses(island, motion, threads);
     struct Fastest {
       double pusher = 0, any = 0;  // m/s
       void include(const Fastest& other) {
@@ -177,9 +179,9 @@ void limit_lever_speeds(const std::vector<IslandMasses>& islands) {
   }
 }
 
-void limit_kinetic_energy(const std::vector<IslandMasses>& islands, Motion& motion) {
-  for (const IslandMasses& masses : islands) {
-    const Island& island = masses.island;
+void limit_kinetic_energy(Span<const Island> islands, const Threads& threads, Motion& motion) {
+  for (const Island& island : islands) {
+    const IslandMasses masses(island, motion, threads);
     // Twice the energy of velocity + s change is before + 2 s mixed + s^2 quadratic.
     struct Energy {
       double mass = 0, before = 0, mixed = 0, quadratic = 0;

@@ -4,9 +4,10 @@
 
 #include <vector>
 
+#include "lazyccd/span.h"
 #include "lazyccd/threads.h"
 #include "motion/motion.h"
-#include "response/island_masses.h"
+#include "response/islands.h"
 #include "solver/row_islands.h"
 
 namespace lazyccd::bullet {
@@ -36,13 +37,13 @@ void set_velocities(const Threads& threads, Motion& motion);
 /// momentum a little: a step applies its impulses at the positions of its start instead of
 /// those of the impacts, and split impulses move things without velocity. Bodies that only anchors
 /// connect to the island are not turned: nothing but the pull of the anchor acts on them.
-void restore_angular_momentum(const std::vector<IslandMasses>& islands);
+void restore_angular_momentum(Span<const Island> islands, const Threads& threads, Motion& motion);
 
 /// Limits the speeds of soft vertices in islands that are not free. A body that pushes an edge near
 /// one end may have to move the other end many times as fast as itself (a lever). The displacement
 /// stays. The vertex keeps at most twice the speed of the fastest body in the island, as after an
 /// elastic impact. A mass of the island that was faster before the response raises the limit.
-void limit_lever_speeds(const std::vector<IslandMasses>& islands);
+void limit_lever_speeds(Span<const Island> islands, const Threads& threads, Motion& motion);
 
 /// Scales the velocity changes of every island so that they do not raise its kinetic energy.
 /// Without this limit, a rigid body that Bullet pushes out of another one by position would give
@@ -52,7 +53,7 @@ void limit_lever_speeds(const std::vector<IslandMasses>& islands);
 /// Island::prescribed_speed. A contact never increases the difference between the velocity of a
 /// mass and u. Therefore the norm of the velocities, sqrt(sum m v^2), rises by at most twice the
 /// norm for speed u, and this much is allowed.
-void limit_kinetic_energy(const std::vector<IslandMasses>& islands, Motion& motion);
+void limit_kinetic_energy(Span<const Island> islands, const Threads& threads, Motion& motion);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

@@ -14,8 +14,13 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 class DisjointSets {
  public:
-  explicit DisjointSets(std::size_t size) : parent_(size), count_(size) {
+  explicit DisjointSets(std::size_t size) { reset(size); }
+
+  /// Begins anew, with sets of one element.
+  void reset(std::size_t size) {
+    parent_.resize(size);
     std::iota(parent_.begin(), parent_.end(), 0);
+    count_ = size;
   }
 
   std::size_t size() const { return parent_.size(); }
