@@ -388,12 +388,11 @@ inline constexpr double min_pushed_fraction = 0.7;
 inline constexpr int max_rounds_under_load = 4;
 /// m/s. Links that move nodes more slowly than this end the rounds.
 inline constexpr double min_link_speed = 0.25;
-/// The same three under weights. The number of rounds is the stiffness of the body, so it must not
+/// The same two under weights. The number of rounds is the stiffness of the body, so it must not
 /// follow the load: a body that gets stiffer while it is pressed throws the weight up, and nothing
 /// comes to rest. So the rounds begin with the first fraction, and go on with the second.
 inline constexpr double min_weighed_fraction = 0.25, min_weighed_fraction_to_go_on = 0.05;
 inline constexpr int max_rounds_under_weight = 10;
-inline constexpr double min_link_speed_under_weight = 0.03;
 /// Seconds. The rounds go on for so long while the weight bounces or presses less.
 inline constexpr double weighed_seconds = 3;
 /// Seconds without rounds after a body was pushed apart from another one. What came out may fall on

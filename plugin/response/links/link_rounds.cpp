@@ -4,41 +4,26 @@
 #include <map>
 #include <utility>
 
+#include "contact/node_pushes.h"
 #include "settings.h"
 #include "util/profile.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
-void LinkRounds::begin_step(double dt) {
-  time_ += dt;
-  if (!loads_.empty()) std::swap(loads_, last_loads_);
-  loads_.clear();
-}
 
 void LinkRounds::renumber(const Renumbering& numbers) {
-  const std::vector<Load> loads = std::exchange(last_loads_, {});
-  for (std::size_t body = 0; body < std::min(loads.size(), numbers.bodies.size()); ++body) {
+  const std::vector<Load> last = std::exchange(loads_, {});
+  for (std::size_t body = 0; body < std::min(last.size(), numbers.bodies.size()); ++body) {
     const std::int32_t now = numbers.bodies[body];
     if (now < 0) continue;
-    if (last_loads_.size() <= static_cast<std::size_t>(now))
-      last_loads_.resize(static_cast<std::size_t>(now) + 1);
-    last_loads_[now] = loads[body];
+    if (loads_.size() <= static_cast<std::size_t>(now))
+      loads_.resize(static_cast<std::size_t>(now) + 1);
+    loads_[now] = last[body];
   }
 }
 
 void LinkRounds::forget() {
-  loads_.clear();
-  for (Load& load : last_loads_) load.push = 0;  // a weight may be in the air
-}
-
-double LinkRounds::weighed_until(std::int32_t body, const NodePushes& pushes) const {
-  const Load last = last_load(body);
-  if (!pushes.weights_press[body]) return last.weighed_until;
-  const double least = last.weighed_until > time_ ? settings::links::min_weighed_fraction_to_go_on
-                                                  : settings::links::min_weighed_fraction;
-  // Before the rounds, contacts push nodes only as far as the first solution of the links allows.
-  const double push = std::max(pushes.by_weights[body], last.push);
-  return push > least ? time_ + settings::links::weighed_seconds : last.weighed_until;
+  for (Load& load : loads_) load.push = 0;  // a weight may be in the air
 }
 
 void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& constraints,
@@ -46,48 +31,50 @@ void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& co
   LAZYCCD_BT_PROFILE("links and contacts in turn");
   using Again = LinkSolver::Again;
   const NodePushes pushes = find_node_pushes(constraints.active_rows(), motion);
-  loads_.assign(motion.rigid_of_body.size(), {});
-  Turns loaded{{}, settings::links::min_link_speed};
-  Turns weighed{{}, settings::links::min_link_speed_under_weight};
+  loads_.resize(motion.rigid_of_body.size());
+  std::vector<BodyRounds> turns;
+  bool any_weighed = false;
   for (std::int32_t body = 0; body < static_cast<std::int32_t>(loads_.size()); ++body) {
     if (motion.rigid_of_body[body] >= 0) continue;
     Load& load = loads_[body];
-    load.weighed_until = weighed_until(body, pushes);
-    load.apart_until = last_load(body).apart_until;
+    const double least = load.weighed_until > time_ ? settings::links::min_weighed_fraction_to_go_on
+                                                    : settings::links::min_weighed_fraction;
+    // Before the rounds, contacts push nodes only as far as the first solution of the links allows.
+    if (pushes.weights_press[body] && std::max(pushes.by_weights[body], load.push) > least)
+      load.weighed_until = time_ + settings::links::weighed_seconds;
     const Again again = links.again(body);
     if (again == Again::never) load.apart_until = time_ + settings::links::apart_seconds;
     if (again == Again::never || pushes.largest[body] == 0) continue;
     const bool is_weighed =
-        time_ >= load.apart_until && pushes.by_weights[body] > 0 && load.weighed_until > time_;
+        pushes.by_weights[body] > 0 && load.weighed_until > time_ && load.apart_until <= time_;
+    any_weighed = any_weighed || is_weighed;
     if (again == Again::in_contact) {
       const int rounds = std::max(settings::links::min_rounds_in_contact,
                                   settings::links::rounds_by_iteration * links.iterations(body));
       if (is_weighed) {
-        weighed.bodies.push_back(
-            {body, std::max(rounds, settings::links::max_rounds_under_weight)});
+        turns.push_back({body, std::max(rounds, settings::links::max_rounds_under_weight)});
       } else if (pushes.by_weights[body] == 0 || pushes.weights_press[body]) {
-        loaded.bodies.push_back({body, rounds});
+        turns.push_back({body, rounds});
       }  // else jaws grip it: links that they leave no room would throw its nodes
     } else if (again == Again::under_weight && is_weighed) {
-      weighed.bodies.push_back({body, settings::links::max_rounds_under_weight});
+      turns.push_back({body, settings::links::max_rounds_under_weight});
     } else if (pushes.largest[body] > settings::links::min_pushed_fraction) {
-      loaded.bodies.push_back({body, settings::links::max_rounds_under_load});
+      turns.push_back({body, settings::links::max_rounds_under_load});
     }
   }
-  solve_in_turn(loaded, links, sweeps, constraints, motion);
-  solve_in_turn(weighed, links, sweeps, constraints, motion);
+  solve_in_turn(turns, links, sweeps, constraints, motion);
   const NodePushes after =
-      weighed.bodies.empty() ? pushes : find_node_pushes(constraints.active_rows(), motion);
+      any_weighed ? find_node_pushes(constraints.active_rows(), motion) : pushes;
   for (std::size_t body = 0; body < loads_.size(); ++body)
     loads_[body].push = after.by_weights[body];
 }
 
-void LinkRounds::solve_in_turn(const Turns& turns, const LinkSolver& links, int sweeps,
-                               ContactConstraints& constraints, Motion& motion) {
-  if (turns.bodies.empty()) return;
+void LinkRounds::solve_in_turn(const std::vector<BodyRounds>& turns, const LinkSolver& links,
+                               int sweeps, ContactConstraints& constraints, Motion& motion) {
+  if (turns.empty()) return;
   RowIslands& islands = constraints.islands(motion);
   std::map<std::int32_t, std::vector<BodyRounds>> bodies_of;  // by island
-  for (const BodyRounds& rounds : turns.bodies) {
+  for (const BodyRounds& rounds : turns) {
     bodies_.push_back(rounds.body);
     bodies_of[islands.of_body(rounds.body)].push_back(rounds);
   }
@@ -100,7 +87,7 @@ void LinkRounds::solve_in_turn(const Turns& turns, const LinkSolver& links, int 
       std::vector<BodyRounds>& rest = island->second;
       bodies.clear();
       for (const BodyRounds& rounds : rest) bodies.push_back(rounds.body);
-      if (!links.solve(bodies, turns.min_link_speed * motion.dt, motion)) {
+      if (!links.solve(bodies, settings::links::min_link_speed * motion.dt, motion)) {
         bodies_of.erase(island);
         continue;
       }

@@ -8,7 +8,6 @@
 #include <functional>
 #include <vector>
 
-#include "contact/node_pushes.h"
 #include "contact/renumbering.h"
 #include "lazyccd/span.h"
 #include "motion/motion.h"
@@ -58,8 +57,8 @@ struct LinkSolver {
 /// Decides in each step which links are solved again, and does that.
 class LinkRounds {
  public:
-  /// Starts a step of `dt` seconds. Remembers the loads of the last one.
-  void begin_step(double dt);
+  /// Starts a step of `dt` seconds.
+  void begin_step(double dt) { time_ += dt; }
   /// Call if the indices of bodies change.
   void renumber(const Renumbering& numbers);
   /// Forgets how far weights pushed in the last step.
@@ -76,35 +75,22 @@ class LinkRounds {
  private:
   using Bodies = std::vector<std::int32_t>;
 
-  // What a body has to carry.
+  // What a body has carried. Times are on the clock of the steps, seconds.
   struct Load {
-    double push = 0;  // NodePushes::by_weights after the rounds
-    // Until then its links are solved again under weights, seconds on the clock of steps.
-    double weighed_until = 0;
-    double apart_until = 0;  // until then they are not: the body was pushed apart from another
+    double push = 0;           // NodePushes::by_weights after the last rounds
+    double weighed_until = 0;  // until then the links of the body are solved again under weights
+    double apart_until = 0;    // until then they are not: it was pushed apart from another body
   };
   // How many rounds a body takes.
   struct BodyRounds {
     std::int32_t body;
     int rounds;
   };
-  // The bodies whose links are solved again, and how.
-  struct Turns {
-    std::vector<BodyRounds> bodies;
-    double min_link_speed;  // links that move nodes more slowly end the rounds, m/s
-  };
-
-  /// Load::weighed_until of a body that contacts push that far.
-  double weighed_until(std::int32_t body, const NodePushes& pushes) const;
   /// Solves the links of these bodies and the contacts of their islands in turn.
-  void solve_in_turn(const Turns& turns, const LinkSolver& links, int sweeps,
+  void solve_in_turn(const std::vector<BodyRounds>& turns, const LinkSolver& links, int sweeps,
                      ContactConstraints& constraints, Motion& motion);
-  Load last_load(std::int32_t body) const {
-    return static_cast<std::size_t>(body) < last_loads_.size() ? last_loads_[body] : Load();
-  }
-
-  double time_ = 0;                       // sum of the steps, seconds
-  std::vector<Load> loads_, last_loads_;  // by body
+  double time_ = 0;          // sum of the steps, seconds
+  std::vector<Load> loads_;  // by body
   Bodies bodies_;
 };
 

@@ -299,12 +299,13 @@ TEST_CASE("the change of a multibody whose motors hold all joints stays finite")
   const std::vector<double> alike(7, 0.1);
   body.velocity = body.momentum_change = bullet::DenseVector(alike.begin(), alike.end());
   body.velocity_change = bullet::DenseVector(7);
-  bullet::Island island;
-  island.articulated = {0};
+  const std::vector<int> articulated = {0};
+  const std::vector<std::size_t> parts = {0};  // no other masses
+  std::vector<bullet::Island> islands(1);
+  islands[0].articulated = articulated;
+  islands[0].parts = parts;
   const Threads threads(1);
-  std::vector<bullet::IslandMasses> masses;
-  masses.emplace_back(island, motion, threads);
-  bullet::limit_kinetic_energy(masses, motion);
+  bullet::limit_kinetic_energy(islands, threads, motion);
   CHECK(body.momentum_change.isZero());
   CHECK(body.velocity_change.isZero());
 }
