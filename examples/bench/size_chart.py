@@ -1,8 +1,8 @@
-"""Times a step over the number of triangles: Bullet alone, and LazyCCD with one thread and with all.
+"""Times a step over the number of triangles: Bullet alone, and LazyCCD with one thread, with all, on a GPU.
 
-size_chart.py PROGRAM [--sizes 0.05,0.1,...] [--limit SECONDS] [--csv FILE] [--chart FILE] [SCENE:WORLD...]
+size_chart.py PROGRAM [--gpu] [--sizes 0.05,0.1,...] [--limit SECONDS] [--csv FILE] [--chart FILE] [SCENE:WORLD...]
 size_chart.py --read CSV --chart FILE     draws the chart of an earlier run
-  PROGRAM   the program lazyccd
+  PROGRAM   the program lazyccd; --gpu: it has the GPU backend, and the machine a GPU
   --sizes   factors of the number of nodes along each side of a cloth
   --limit   a method is not run on larger scenes once a run has taken this long; default 60
 
@@ -23,6 +23,7 @@ METHODS = {
     "LazyCCD, one thread": ["--backend", "cpu", "--threads", "1"],
     "LazyCCD, all threads": ["--backend", "cpu", "--threads", "0"],
 }
+ON_GPU = {"LazyCCD, GPU": ["--backend", "cuda"]}
 STEPS = 60
 
 
@@ -40,13 +41,13 @@ def count_triangles(program, scene, size):
     return next(int(line.split()[2]) for line in header.split(b"\n") if line.startswith(b"element face"))
 
 
-def measure(program, scenes, sizes, limit):
+def measure(program, methods, scenes, sizes, limit):
     """Yields the rows one by one, so that a run that is stopped keeps what it has."""
     for scene in scenes:
         slow = set()
         for size in sizes:
             triangles = count_triangles(program, scene, size)
-            for method, options in METHODS.items():
+            for method, options in methods.items():
                 if method in slow:
                     continue
                 with tempfile.TemporaryDirectory() as folder:
@@ -84,8 +85,10 @@ def draw(rows, path):
     scenes = list(dict.fromkeys(row["scene"] for row in rows))
     figure, axes = pyplot.subplots(1, len(scenes), figsize=(4.2 * len(scenes), 4), sharey=True, squeeze=False)
     for axis, scene in zip(axes[0], scenes):
-        for method, colour in zip(METHODS, ["tab:red", "tab:blue", "tab:cyan"]):
+        for method, colour in zip({**METHODS, **ON_GPU}, ["tab:red", "tab:blue", "tab:cyan", "tab:green"]):
             points = [row for row in rows if row["scene"] == scene and row["method"] == method]
+            if not points:
+                continue
             axis.plot([row["triangles"] for row in points], [row["ms"] for row in points], marker="o", color=colour,
                       label=method)
         axis.set_xscale("log")
@@ -103,6 +106,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", nargs="?")
     parser.add_argument("--read")
+    parser.add_argument("--gpu", action="store_true")
     parser.add_argument("--sizes", default="0.05,0.1,0.2,0.4,0.8,1.5,3,6,12")
     parser.add_argument("--limit", type=float, default=60)
     parser.add_argument("--csv")
@@ -114,7 +118,8 @@ def main():
             rows = [{**row, "triangles": int(row["triangles"]), "ms": float(row["ms"])} for row in csv.DictReader(file)]
     elif arguments.program:
         sizes = [float(size) for size in arguments.sizes.split(",")]
-        rows = record(measure(arguments.program, arguments.scenes or SCENES, sizes, arguments.limit), arguments.csv)
+        methods = {**METHODS, **ON_GPU} if arguments.gpu else METHODS
+        rows = record(measure(arguments.program, methods, arguments.scenes or SCENES, sizes, arguments.limit), arguments.csv)
     else:
         parser.error("PROGRAM or --read is missing")
     if arguments.chart:

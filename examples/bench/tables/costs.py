@@ -134,7 +134,7 @@ def sizes():
         own = {row["method"]: row for row in rows if (row["scene"], row["triangles"]) == (scene, triangles)}
         lines.append([scene.replace(":", ", "), count(triangles)] +
                      [number(own[method]["ms"]) if method in own else "" for method in methods] +
-                     [count(own["Bullet alone"]["passed"])])
+                     [count(own["Bullet alone"]["passed"]) if "Bullet alone" in own else ""])
     return ["scene", "triangles", *methods, "Bullet's pass-throughs"], lines
 
 
