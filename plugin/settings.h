@@ -375,9 +375,11 @@ inline constexpr int last_limit_rounds = 1, last_motor_rounds = 2;
 }  // namespace joints
 
 /// Rounds in which Bullet's links and the contacts are solved in turn, in the rigid world. Bullet
-/// solves links after contacts; without rounds, bodies bounce off, or weights sink in.
+/// solves links after contacts. Without rounds, tetrahedra turn inside out, or weights sink in.
 namespace links {
 
+/// m/s. Links that move nodes more slowly than this end the rounds.
+inline constexpr double min_link_speed = 0.25;
 /// Of bodies that have them in each contact: this many rounds by position iteration, and at least
 /// so many. With one by iteration, more tetrahedra turn inside out than with Bullet, whose contacts
 /// let nodes sink in.
@@ -386,8 +388,6 @@ inline constexpr int rounds_by_iteration = 2, min_rounds_in_contact = 8;
 /// shortest edge in the step. Where they move nodes less, links have little to correct.
 inline constexpr double min_pushed_fraction = 0.7;
 inline constexpr int max_rounds_under_load = 4;
-/// m/s. Links that move nodes more slowly than this end the rounds.
-inline constexpr double min_link_speed = 0.25;
 /// The same two under weights. The number of rounds is the stiffness of the body, so it must not
 /// follow the load: a body that gets stiffer while it is pressed throws the weight up, and nothing
 /// comes to rest. So the rounds begin with the first fraction, and go on with the second.

@@ -40,7 +40,13 @@ for precision in float double; do
 done
 note costs/links.csv
 
-run /usr/bin/python3 examples/bench/size_chart.py $programs/lazyccd --sizes 0.1,0.2,0.4,0.8,1.5,3,6 --csv $out/sizes.csv \
+# With a line for the GPU, if the machine has one.
+sized=($programs/lazyccd)
+if command -v nvidia-smi >/dev/null; then
+  build_preset cuda -- lazyccd
+  sized=(build/cuda/examples/lazyccd --gpu)
+fi
+run /usr/bin/python3 examples/bench/costs/size_chart.py "${sized[@]}" --limit 6 --csv $out/sizes.csv \
   --chart $out/sizes.png drop:rigid drop:deformable
 note costs/sizes.csv
 

@@ -1,7 +1,7 @@
 """What each number of plugin/settings.h is for: halves and doubles it, and says which scene fails then.
 
-  python3 tests/long/numbers.py build                     # into build/numbers, once for each change of the code
-  python3 tests/long/numbers.py run FOLDER CSV NAMESPACE...   # FOLDER: build/numbers/bin
+  python3 tests/long/vary_numbers.py build                         # into build/numbers, after each change of the code
+  python3 tests/long/vary_numbers.py run FOLDER CSV NAMESPACE...   # FOLDER: build/numbers/bin
 
 The build is the ordinary one, but for settings.h: its numbers are read from the environment when a program starts.
 Scenes: quick tests of the adapter, behaviour scenes, links at 1/60 s (lazyccd_stretch), all in single precision.
@@ -30,52 +30,71 @@ FIXED = ["solver.max_open_batches", "solver.max_layers", "solver.morton_bits_per
 DECLARATION = re.compile(r"inline constexpr (double|float|int) ([^;{}]+);")
 
 
+# Put before the numbers. The environment has a factor for each that is to change.
+TIMES = """#include <cstdlib>
+
+namespace lazyccd::bullet::settings {
+
+template <class T>
+T times(const char* name, T value) {
+  const char* const factor = std::getenv(name);
+  return factor ? static_cast<T>(std::atof(factor) * static_cast<double>(value)) : value;
+}
+
+}  // namespace lazyccd::bullet::settings
+
+"""
+
+
+def names_and_values(declaration):
+    """Of a declaration of one or several numbers."""
+    return [[text.strip() for text in part.split(" = ", 1)] for part in declaration[2].split(", ")]
+
+
+def for_each_namespace(settings, change):
+    """settings.h with the inside of each namespace as change(name, text) returns it."""
+    return re.sub(r"(?<=namespace )(\w+) \{(.*?)(?=\}  // namespace \1)",
+                  lambda found: f"{found[1]} {{{change(found[1], found[2])}", settings, flags=re.S)
+
+
 def numbers_of(settings, namespaces):
-    """Name, type and value of each number, as they stand in settings.h."""
-    for namespace in re.finditer(r"namespace (\w+) \{(.*?)\}  // namespace \1", settings, re.S):
-        if namespaces and namespace[1] not in namespaces:
-            continue
-        for declaration in DECLARATION.finditer(namespace[2]):
-            for part in declaration[2].split(", "):
-                name, value = part.split(" = ", 1)
-                if f"{namespace[1]}.{name.strip()}" not in FIXED:
-                    yield f"{namespace[1]}.{name.strip()}", declaration[1], value
+    """Name and value of each number that may change, as they stand in settings.h."""
+    numbers = []
+
+    def collect(namespace, text):
+        numbers.extend((f"{namespace}.{name}", value) for declaration in DECLARATION.finditer(text)
+                       for name, value in names_and_values(declaration) if not namespaces or namespace in namespaces)
+        return text
+
+    for_each_namespace(settings, collect)
+    return [number for number in numbers if number[0] not in FIXED]
 
 
 def from_environment(settings):
-    """settings.h with numbers that the environment may multiply. Those of a fixed size stay as they are."""
-    out, namespace = [], ""
-    head = ("#include <cstdlib>\n\nnamespace lazyccd::bullet::settings {\n"
-            "template <class T>\nT times(const char* name, T value) {\n"
-            "  const char* const found = std::getenv(name);\n"
-            "  return found ? static_cast<T>(std::atof(found) * static_cast<double>(value)) : value;\n}\n}\n")
-    position = 0
-    for match in re.finditer(r"namespace (\w+) \{|" + DECLARATION.pattern, settings):
-        out.append(settings[position:match.start()])
-        position = match.end()
-        if match[1]:
-            namespace = match[1]
-            out.append(match[0])
-            continue
-        for part in match[3].split(", "):
-            name, value = part.split(" = ", 1)
-            if f"{namespace}.{name.strip()}" in FIXED:
-                out.append(f"inline constexpr {match[2]} {part};")
-                continue
-            out.append(f'inline const {match[2]} {name.strip()} = times<{match[2]}>("{namespace}.{name.strip()}", {value});')
-    return ("".join(out) + settings[position:]).replace("namespace lazyccd::bullet::settings {", head +
-                                                       "\nnamespace lazyccd::bullet::settings {", 1)
+    """settings.h with numbers that the environment may multiply."""
+    def read(namespace, declaration):
+        kind = declaration[1]
+        return "\n".join(
+            f"inline constexpr {kind} {name} = {value};" if f"{namespace}.{name}" in FIXED else
+            f'inline const {kind} {name} = times<{kind}>("{namespace}.{name}", {value});'
+            for name, value in names_and_values(declaration))
+
+    changed = for_each_namespace(settings, lambda namespace, text: DECLARATION.sub(
+        lambda declaration: read(namespace, declaration), text))
+    return changed.replace("namespace lazyccd::bullet::settings {", TIMES + "namespace lazyccd::bullet::settings {", 1)
 
 
 def build():
     source = BUILD / "source"
     files = subprocess.run(["git", "-C", ROOT, "ls-files", "-z"], capture_output=True, text=True, check=True).stdout
     for name in filter(None, files.split("\0")):
+        original = (ROOT / name).read_bytes()
+        if name == "plugin/settings.h":
+            original = from_environment(original.decode()).encode()
         copy = source / name
         copy.parent.mkdir(parents=True, exist_ok=True)
-        if not copy.exists() or copy.read_bytes() != (ROOT / name).read_bytes():
-            shutil.copy(ROOT / name, copy)
-    (source / "plugin/settings.h").write_text(from_environment((ROOT / "plugin/settings.h").read_text()))
+        if not copy.exists() or copy.read_bytes() != original:  # others stay as they are built
+            copy.write_bytes(original)
     subprocess.run(["cmake", "--preset", "cpu", "-S", source, "-B", BUILD / "cpu", "-DLAZYCCD_TESTS=ON",
                     "-DLAZYCCD_PRECISIONS=float"], check=True, cwd=source)
     subprocess.run(["cmake", "--build", BUILD / "cpu", "--target", *(Path(p).name for p in PROGRAMS)], check=True)
@@ -117,18 +136,18 @@ def failures(folder, environment):
 
 
 def run(folder, path, namespaces, jobs):
-    names = list(numbers_of((ROOT / "plugin/settings.h").read_text(), namespaces))
-    tasks = [("", "", "", "")] + [(*number, factor) for number in names for factor in ("0.5", "2")]
-    environment = {"LAZYCCD_QUICK_TESTS": "1"}
+    numbers = numbers_of((ROOT / "plugin/settings.h").read_text(), namespaces)
+    tasks = [("unchanged", "", "1")] + [(*number, factor) for number in numbers for factor in ("0.5", "2")]
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool, open(path, "w", newline="") as file:
-        results = pool.map(lambda task: failures(folder, {**environment, **({task[0]: task[3]} if task[0] else {})}), tasks)
+        results = pool.map(lambda task: failures(folder, {"LAZYCCD_QUICK_TESTS": "1", task[0]: task[2]}), tasks)
         out = csv.writer(file, lineterminator="\n")
         out.writerow(["number", "value", "times", "what fails", "links, ratio of their lengths"])
-        unchanged = None
-        for (name, _, value, factor), (failed, length) in zip(tasks, results):
-            unchanged = unchanged or (failed, length)
-            out.writerow([name or "unchanged", value, factor, "; ".join(sorted(failed - unchanged[0]) if name else sorted(failed)),
-                          round(length / unchanged[1], 2)])
+        failed_before, length_before = set(), None
+        for (name, value, factor), (failed, length) in zip(tasks, results):
+            length_before = length_before or length
+            out.writerow([name, value, factor, "; ".join(sorted(failed - failed_before)),
+                          round(length / length_before, 2)])
+            failed_before = failed_before or failed
             file.flush()
 
 

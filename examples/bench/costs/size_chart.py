@@ -22,8 +22,8 @@ METHODS = {
     "Bullet alone": ["--detector", "bullet"],
     "LazyCCD, one thread": ["--backend", "cpu", "--threads", "1"],
     "LazyCCD, all threads": ["--backend", "cpu", "--threads", "0"],
+    "LazyCCD, GPU": ["--backend", "cuda"],  # only with --gpu
 }
-ON_GPU = {"LazyCCD, GPU": ["--backend", "cuda"]}
 STEPS = 60
 
 
@@ -85,7 +85,7 @@ def draw(rows, path):
     scenes = list(dict.fromkeys(row["scene"] for row in rows))
     figure, axes = pyplot.subplots(1, len(scenes), figsize=(4.2 * len(scenes), 4), sharey=True, squeeze=False)
     for axis, scene in zip(axes[0], scenes):
-        for method, colour in zip({**METHODS, **ON_GPU}, ["tab:red", "tab:blue", "tab:cyan", "tab:green"]):
+        for method, colour in zip(METHODS, ["tab:red", "tab:blue", "tab:cyan", "tab:green"]):
             points = [row for row in rows if row["scene"] == scene and row["method"] == method]
             if not points:
                 continue
@@ -118,8 +118,9 @@ def main():
             rows = [{**row, "triangles": int(row["triangles"]), "ms": float(row["ms"])} for row in csv.DictReader(file)]
     elif arguments.program:
         sizes = [float(size) for size in arguments.sizes.split(",")]
-        methods = {**METHODS, **ON_GPU} if arguments.gpu else METHODS
-        rows = record(measure(arguments.program, methods, arguments.scenes or SCENES, sizes, arguments.limit), arguments.csv)
+        methods = {name: options for name, options in METHODS.items() if arguments.gpu or "cuda" not in options}
+        found = measure(arguments.program, methods, arguments.scenes or SCENES, sizes, arguments.limit)
+        rows = record(found, arguments.csv)
     else:
         parser.error("PROGRAM or --read is missing")
     if arguments.chart:
