@@ -153,7 +153,6 @@ class ContactSolver::Sweeps {
     if (s_.for_split_impulse_) {
       sweeps = std::max(1, sweeps / settings::solver::split_sweep_divisor);
     } else if (s_.manner_ == Manner::round) {
-      sweeps = std::max(1, sweeps / settings::solver::round_sweep_divisor);
       min_change = std::max(min_change, settings::solver::min_fraction * problem.largest.need);
     } else if (problem.largest.need < settings::solver::slow_approach * dt ||
                problem.max_violation < settings::solver::resting_speed * dt) {
@@ -259,6 +258,10 @@ class ContactSolver::Sweeps {
 
   void end_sweep(Island& island) const {
     const SweepChange& change = island.change;
+    if (sweep_ == 1 && s_.manner_ == Manner::round)
+      island.tolerance =
+          std::max(island.tolerance, static_cast<float>(settings::solver::round_fraction) *
+                                         std::sqrt(change.largest));
     const bool settled = change.largest < island.tolerance * island.tolerance;
     // The last sweep is a full one, so that all impulses are within their bounds.
     if (island.is_full && (settled || sweep_ >= island.limit)) {

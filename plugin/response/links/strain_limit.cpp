@@ -62,10 +62,11 @@ void StrainLimit::find_stretched(std::int32_t body, const LinkSolver& links, dou
     const auto [a, b] = of_body[i].vertices;
     if (!motion.is_free(a) && !motion.is_free(b)) continue;
     const Vector3d along = motion.solved[a] - motion.solved[b];
+    const double least = settings::links::strain_tolerance * limit_ * of_body[i].rest_length;
+    if (along.squaredNorm() <= least * least) continue;  // most links
     const LinkLimit limit =
         limit_of(body, static_cast<std::int32_t>(i), of_body[i], along, limit_, motion);
-    if (along.norm() > tolerance * limit.longest + settings::solver::min_speed * motion.dt &&
-        along.norm() > settings::links::strain_tolerance * limit_ * of_body[i].rest_length)
+    if (along.norm() > tolerance * limit.longest + settings::solver::min_speed * motion.dt)
       stretched.push_back(limit);
   }
 }
