@@ -30,7 +30,7 @@ void Threads::set_caller_only(bool caller_only) const { pool().set_caller_only(c
 bool Threads::is_caller_only() const { return pool().is_serial(); }
 
 void Threads::parallel_for(std::size_t count, std::size_t grain,
-                           const std::function<void(std::size_t, std::size_t)>& body) const {
+                           FunctionRef<void(std::size_t, std::size_t)> body) const {
   const bool is_small = count / 3 + (count % 3 != 0) <= grain;
   const ScopedWakePolicy policy(
       pool(), is_small ? ThreadPool::WakePolicy::awake : ThreadPool::WakePolicy::everyone);
@@ -51,8 +51,8 @@ void Threads::parallel_for(std::size_t count, std::size_t grain,
   });
 }
 
-void Threads::run_phases(std::size_t count, const std::function<void(std::size_t, int)>& run,
-                         const std::function<std::size_t()>& next) const {
+void Threads::run_phases(std::size_t count, FunctionRef<void(std::size_t, int)> run,
+                         FunctionRef<std::size_t()> next) const {
   Phases phases(run, next);
   phases.start(pool(), count);
 }

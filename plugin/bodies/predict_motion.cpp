@@ -118,7 +118,7 @@ void predict_without_trees(btSoftBody& body, btScalar dt) {
 }
 
 void predict_motions(const SideBySide::Bodies& bodies, const SideBySide& side_by_side,
-                     const std::function<void(btSoftBody&)>& predict) {
+                     FunctionRef<void(btSoftBody&)> predict) {
   std::vector<char> was_active;
   for (int i = 0; i < bodies.size(); ++i) was_active.push_back(bodies[i]->isActive());
   {

@@ -4,10 +4,9 @@
 
 #include <BulletSoftBody/btSoftBody.h>
 
-#include <functional>
-
 #include "bodies/side_by_side.h"
 #include "lazyccd/bullet/precision.h"
+#include "lazyccd/function_ref.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -16,7 +15,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// from the calling thread, in the order of the bodies, as from Bullet: it is shared by all of
 /// them. Bodies whose constants change are predicted by the calling thread too.
 void predict_motions(const SideBySide::Bodies& bodies, const SideBySide& side_by_side,
-                     const std::function<void(btSoftBody& body)>& predict);
+                     FunctionRef<void(btSoftBody& body)> predict);
 
 /// True if btSoftBody::predictMotion() reaches no other body's nodes.
 bool predicts_alone(const btSoftBody& body);

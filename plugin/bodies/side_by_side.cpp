@@ -27,8 +27,7 @@ bool has_own_faces(const btSoftBody& body) { return are_own(body, body.m_faces);
 bool has_own_links(const btSoftBody& body) { return are_own(body, body.m_links); }
 bool has_own_tetrahedra(const btSoftBody& body) { return are_own(body, body.m_tetras); }
 
-void SideBySide::begin(const Bodies& bodies,
-                       const std::function<bool(const btSoftBody& body)>& is_alone) {
+void SideBySide::begin(const Bodies& bodies, bool (*is_alone)(const btSoftBody& body)) {
   constexpr int few_nodes = 2048;  // to wake a thread takes longer than to visit these
   order_.resize(static_cast<std::size_t>(bodies.size()));
   std::iota(order_.begin(), order_.end(), 0);
@@ -47,7 +46,7 @@ void SideBySide::begin(const Bodies& bodies,
   });
 }
 
-void SideBySide::for_each(const std::function<void(int)>& visit) const {
+void SideBySide::for_each(FunctionRef<void(int)> visit) const {
   if (!is_parallel_) {
     for (const int body : order_) visit(body);
     return;

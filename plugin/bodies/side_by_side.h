@@ -7,10 +7,10 @@
 #include <BulletSoftBody/btSoftBody.h>
 
 #include <cstddef>
-#include <functional>
 #include <vector>
 
 #include "lazyccd/bullet/precision.h"
+#include "lazyccd/function_ref.h"
 #include "lazyccd/threads.h"
 #include "util/parallel_for.h"
 
@@ -23,17 +23,18 @@ class SideBySide {
 
   explicit SideBySide(const Threads& threads)
       : threads_(threads),
-        parallel_for_([threads](std::size_t count, std::size_t grain, const auto& body) {
+        parallel_for_([threads](std::size_t count, std::size_t grain,
+                                FunctionRef<void(std::size_t, std::size_t)> body) {
           threads.parallel_for(count, grain, body);
         }) {}
 
   /// Looks at the bodies of a step. `is_alone(body)`: no function that will be run for the body
   /// reaches another body's nodes. Call it again after topology may have changed.
-  void begin(const Bodies& bodies, const std::function<bool(const btSoftBody& body)>& is_alone);
+  void begin(const Bodies& bodies, bool (*is_alone)(const btSoftBody& body));
 
   /// Calls visit(i) for the bodies of begin(): in any order if all are alone, otherwise in their
   /// order. Rethrows the first exception.
-  void for_each(const std::function<void(int body)>& visit) const;
+  void for_each(FunctionRef<void(int body)> visit) const;
 
   /// The number of threads that parallel_for() uses at most.
   int threads() const { return threads_.is_caller_only() ? 1 : threads_.count(); }

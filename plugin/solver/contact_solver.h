@@ -139,6 +139,7 @@ class ContactSolver {
     Indices rows;
     std::vector<Part> parts;
 
+    void clear();
     void add(std::size_t island, std::int32_t row);
   };
   // Blocks that are solved at the same time. Stages follow each other.
@@ -193,13 +194,14 @@ class ContactSolver {
   void restart(RowBlock& block) const;
   /// Adds what impulses do, and rows that are violated then. Sets Problem::max_violation.
   void start_from_impulses();
-  void add_blocks(RowsByIsland rows);
+  /// Adds new_rows_ to the problem.
+  void add_blocks();
   bool is_selected(const RowBlock& block) const { return islands_->is_selected(block.island); }
   /// Makes the batches of the rows that have no impulse.
   void set_up_inactive(RowChunk& chunk);
   void find_violated(RowChunk& chunk);
-  /// Takes the violated rows out of the chunks.
-  RowsByIsland take_violated();
+  /// Takes the violated rows out of the chunks, as new_rows_.
+  void take_violated();
   /// Makes the batches of a block, and its rows that are not made.
   void fill(RowBlock& block, Scratch& scratch);
   void fill(RowBlock& block, const RowBatches::Batch& rows, RowBatch& batch,
@@ -269,6 +271,7 @@ class ContactSolver {
   std::size_t block_count_ = 0, block_row_count_ = 0;
   std::vector<Stage> stages_;
   std::size_t stage_count_ = 0;
+  RowsByIsland new_rows_;      // that come into the problem next
   std::vector<Box3d> places_;  // scratch memory of NewBlocks, as keys_
   std::vector<std::uint64_t> keys_;
   std::vector<Scratch> scratch_;  // by worker

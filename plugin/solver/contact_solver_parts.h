@@ -32,10 +32,15 @@ Vector3d move_without_impulses(const ContactRow& row, bool for_split_impulse, co
 class ContactSolver::NewBlocks {
  public:
   explicit NewBlocks(ContactSolver& solver)
-      : s_(solver), boxes_(solver.places_), keys_(solver.keys_) {}
+      : s_(solver),
+        rows_(solver.new_rows_.rows),
+        parts_(solver.new_rows_.parts),
+        boxes_(solver.places_),
+        keys_(solver.keys_) {}
 
-  /// Takes the rows. Returns the number of items of the first phase; 0 if there are no rows.
-  std::size_t start(RowsByIsland rows);
+  /// Begins with new_rows_, and may order them. Returns the number of items of the first phase; 0
+  /// if there are no rows.
+  std::size_t start();
   void run(std::size_t item, int worker);
   /// Returns the number of items of the next phase; 0 at the end.
   std::size_t next();
@@ -100,8 +105,8 @@ class ContactSolver::NewBlocks {
   ContactSolver& s_;
   Phase phase_ = Phase::measure;
   std::size_t first_ = 0;
-  Indices rows_;
-  std::vector<RowsByIsland::Part> parts_;
+  Indices& rows_;
+  const std::vector<RowsByIsland::Part>& parts_;
   std::vector<Piece> pieces_;
   std::vector<Box>& boxes_;           // by piece
   std::vector<Box> part_boxes_;       // by part

@@ -72,6 +72,11 @@ void ContactSolver::Largest::include(const Largest& other) {
   normal_mass = std::max(normal_mass, other.normal_mass);
 }
 
+void ContactSolver::RowsByIsland::clear() {
+  rows.clear();
+  parts.clear();
+}
+
 void ContactSolver::RowsByIsland::add(std::size_t island, std::int32_t row) {
   if (parts.empty() || parts.back().island != island)
     parts.push_back({island, rows.size(), rows.size()});
@@ -111,11 +116,11 @@ void ContactSolver::set_up(RowList& rows, const RowIslands& islands, const Motio
   restart_displacements();
   if (scratch_.empty()) scratch_.resize(static_cast<std::size_t>(threads_.count()));
   for_each(chunk_count_, [this](std::size_t i, int) { set_up_inactive(chunks_[i]); });
-  RowsByIsland initially_active;
+  new_rows_.clear();
   for (std::size_t i = 0; i < chunk_count_; ++i) {
-    for (const std::int32_t row : chunks_[i].active) initially_active.add(chunks_[i].island, row);
+    for (const std::int32_t row : chunks_[i].active) new_rows_.add(chunks_[i].island, row);
   }
-  add_blocks(std::move(initially_active));
+  add_blocks();
   start_from_impulses();
 }
 
@@ -179,9 +184,9 @@ void ContactSolver::restart(RowBlock& block) const {
   }
 }
 
-void ContactSolver::add_blocks(RowsByIsland rows) {
+void ContactSolver::add_blocks() {
   NewBlocks added(*this);
-  const std::size_t count = added.start(std::move(rows));
+  const std::size_t count = added.start();
   threads_for(count).run_phases(
       count, [&](std::size_t item, int worker) { added.run(item, worker); },
       [&] { return added.next(); });
@@ -205,7 +210,8 @@ void ContactSolver::start_from_impulses() {
     chunk.violated.clear();
     if (islands_->is_selected(chunk.island)) find_violated(chunk);
   });
-  add_blocks(take_violated());
+  take_violated();
+  add_blocks();
   for_each(block_count_, [this](std::size_t i, int) {
     RowBlock& block = blocks_[i];
     if (!is_selected(block)) return;
@@ -389,18 +395,17 @@ void ContactSolver::find_violated(RowChunk& chunk) {
                               static_cast<int>(chunk.batches.size()), chunk.violated.data())));
 }
 
-ContactSolver::RowsByIsland ContactSolver::take_violated() {
-  RowsByIsland rows;
+void ContactSolver::take_violated() {
+  new_rows_.clear();
   for (std::size_t c = 0; c < chunk_count_; ++c) {
     RowChunk& chunk = chunks_[c];
     for (const std::int32_t i : chunk.violated) {
       // A row that is in the problem is never found again.
       chunk.batches[i / InactiveBatch::lanes].normal[4 * (i % InactiveBatch::lanes) + 3] =
           std::numeric_limits<float>::lowest();
-      rows.add(chunk.island, chunk.inactive[i]);
+      new_rows_.add(chunk.island, chunk.inactive[i]);
     }
   }
-  return rows;
 }
 
 void ContactSolver::read_shared(const RowBlock& block) {

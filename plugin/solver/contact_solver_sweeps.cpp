@@ -182,7 +182,8 @@ class ContactSolver::Sweeps {
 
   std::size_t add_violated() {
     phase_ = Phase::add;
-    const std::size_t count = added_.start(s_.take_violated());
+    s_.take_violated();
+    const std::size_t count = added_.start();
     return count > 0 ? count : begin_stages();
   }
 

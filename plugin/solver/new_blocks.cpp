@@ -41,10 +41,8 @@ std::uint64_t spread(std::uint32_t coordinate) {
 
 }  // namespace
 
-std::size_t ContactSolver::NewBlocks::start(RowsByIsland rows) {
+std::size_t ContactSolver::NewBlocks::start() {
   first_ = s_.block_count_;
-  rows_ = std::move(rows.rows);
-  parts_ = std::move(rows.parts);
   if (rows_.empty()) return 0;
   pieces_.clear();
   for (std::size_t part = 0; part < parts_.size(); ++part) {

@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "lazyccd/bullet/precision.h"
+#include "lazyccd/function_ref.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -14,14 +15,13 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// begin anywhere.
 using ParallelFor =
     std::function<void(std::size_t count, std::size_t grain,
-                       const std::function<void(std::size_t first, std::size_t last)>& body)>;
+                       FunctionRef<void(std::size_t first, std::size_t last)> body)>;
 
 /// Calls body(first, last) over disjoint ranges of [0, count). On one thread there is one range.
-/// Does not copy the body, so it allocates nothing.
 template <class Body>
 void for_ranges(const ParallelFor& parallel_for, std::size_t count, std::size_t grain,
                 const Body& body) {
-  if (count > 0) parallel_for(count, grain, std::cref(body));
+  if (count > 0) parallel_for(count, grain, body);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

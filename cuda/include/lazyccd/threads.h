@@ -2,10 +2,10 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
 #include <memory>
 
 #include "lazyccd/export.h"
+#include "lazyccd/function_ref.h"
 
 namespace lazyccd {
 
@@ -34,7 +34,7 @@ class LAZYCCD_API Threads {
   /// grain and the workers are asleep. All ranges run in the caller's floating-point mode. Rethrows
   /// the first exception.
   void parallel_for(std::size_t count, std::size_t grain,
-                    const std::function<void(std::size_t first, std::size_t last)>& body) const;
+                    FunctionRef<void(std::size_t first, std::size_t last)> body) const;
 
   /// Runs phases of independent items. Calls run(item, worker) for the items 0 .. count - 1 of the
   /// first phase, then next() once, which returns the count of the next phase, and so on until it
@@ -42,8 +42,8 @@ class LAZYCCD_API Threads {
   /// below count(); no two threads have the same one at a time. A phase has less than 2^28 items.
   /// One item alone is not handed over to another thread. All items run in the caller's
   /// floating-point mode. After an exception nothing more is called; the first one is rethrown.
-  void run_phases(std::size_t count, const std::function<void(std::size_t item, int worker)>& run,
-                  const std::function<std::size_t()>& next) const;
+  void run_phases(std::size_t count, FunctionRef<void(std::size_t item, int worker)> run,
+                  FunctionRef<std::size_t()> next) const;
 
  private:
   friend class CpuDetector;
