@@ -282,8 +282,9 @@ inline constexpr int slow_sweep_factor = 4;
 /// Divisor of the number of sweeps for split impulses. Gaps that are still too narrow are restored
 /// in the next steps.
 inline constexpr int split_sweep_divisor = 5;
-/// Of the first change of a round in turn with links: its sweeps end when the change is below this.
-/// Each round goes on from the last, so that more would be lost in the next one.
+/// Divisor of the number of sweeps in rounds in turn with links. Each round goes on from the last.
+inline constexpr int round_sweep_divisor = 10;
+/// Of the first change of such a round: its sweeps also end when the change is below this.
 inline constexpr double round_fraction = 0.03;
 /// Of a gap that is to be kept, not widened: split impulses stop there, so that the tolerance of
 /// the velocity solve does not trigger them.

@@ -127,14 +127,16 @@ void CpuDetector::begin_workers(double separation) {
 }
 
 void CpuDetector::record_list_use() {
-  std::int64_t visited = 0, listable = 0;
+  std::int64_t visited = 0, listable = 0, candidates = 0;
   for (const auto& worker : workers_) {
     visited += worker->group_pairs;
     listable += worker->listable;
+    candidates += worker->candidates[0] + worker->candidates[1];
   }
-  if (list_state_ == ListState::building) verlet_list_.finish_building(visited);
-  if (list_state_ == ListState::in_use) verlet_list_.record_use(listable);
-  if (list_state_ == ListState::probing) verlet_list_.record_probe(visited, listable);
+  if (list_state_ == ListState::building) verlet_list_.finish_building(visited, candidates);
+  if (list_state_ == ListState::in_use) verlet_list_.record_use(visited, candidates);
+  if (list_state_ == ListState::probing)
+    verlet_list_.record_probe(visited, candidates, 4 * listable > visited);
 }
 
 Span<const Contact> CpuDetector::detect(const Positions& start, const Positions& end,

@@ -73,8 +73,8 @@ class ContactSolver {
     /// has not more friction than at set_up(), but that without a load: what moved since moved
     /// against it, and would be thrown aside if it ended.
     again,
-    /// As `again`, as a round in turn with links: until sweeps change little of what the first one
-    /// changed, because the next round goes on from the impulses.
+    /// As `again`, as a round in turn with links: few sweeps, and fewer if the first one changes
+    /// little, because the next round goes on from the impulses.
     round
   };
 
@@ -89,8 +89,8 @@ class ContactSolver {
   void go_on();
 
   /// Runs the sweeps and returns their number. `sweeps`: normal limit. The limit is 4 x `sweeps` if
-  /// contacts approach slowly or rest, and `sweeps` / 5 for split impulses. Stops earlier once
-  /// sweeps change nothing visible.
+  /// contacts approach slowly or rest, `sweeps` / 5 for split impulses, and `sweeps` / 10 in a
+  /// round. Stops earlier once sweeps change nothing visible.
   int solve(int sweeps);
 
   /// Writes the impulses to the rows and their effect to `motion`. On entry `motion` must contain

@@ -153,6 +153,7 @@ class ContactSolver::Sweeps {
     if (s_.for_split_impulse_) {
       sweeps = std::max(1, sweeps / settings::solver::split_sweep_divisor);
     } else if (s_.manner_ == Manner::round) {
+      sweeps = std::max(1, sweeps / settings::solver::round_sweep_divisor);
       min_change = std::max(min_change, settings::solver::min_fraction * problem.largest.need);
     } else if (problem.largest.need < settings::solver::slow_approach * dt ||
                problem.max_violation < settings::solver::resting_speed * dt) {

@@ -54,7 +54,7 @@ TEST_CASE("assertions of the detector fail where they must") {
   CHECK(failed_belief([&] {
           VerletList list(1, 1);
           list.begin_building(records, 1);
-          list.finish_building(0);
+          list.finish_building(0, 0);
           list.begin_building(records, 1);
         }) == "a list is built where there is none");
   CHECK(failed_belief([&] {

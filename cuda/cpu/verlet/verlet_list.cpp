@@ -71,10 +71,10 @@ void VerletList::begin_building(const std::vector<VertexRecord>& records, double
   for (ListedPairs& part : parts_) part.clear();
 }
 
-void VerletList::finish_building(std::int64_t visited) {
+void VerletList::finish_building(std::int64_t visited, std::int64_t candidates) {
   has_list_ = true;
   worthwhile_ = false;
-  cost_ = building_cost * visited;
+  cost_ = cost_of(visited, candidates);
   steps_ = 0;
 }
 
@@ -97,16 +97,25 @@ float VerletList::distance_limit(double relative_motion) const {
   return static_cast<float>(distance + scene_margin) * (1 + 0x1p-20f);
 }
 
-// Each step visits more pairs than the one before, because more of them have moved too far. The
-// list is discarded when the visits of a step cost more than half of the mean per step since the
-// list was built, the step that built it included. Pairs that a new list would not hold don't
-// count: it would not save their visits.
-void VerletList::record_use(std::int64_t pairs) {
+// Each step costs more than the one before, because more pairs have moved too far. The mean per
+// step is smallest if the list is replaced once a step costs more than the mean, with the step that
+// built it. If that mean is more than a step costs without a list, none is built for a while.
+void VerletList::record_use(std::int64_t visited, std::int64_t candidates) {
+  const std::int64_t cost =
+      cost_of(visited, candidates) + static_cast<std::int64_t>(size()) / listed_per_candidate;
   ++steps_;
-  cost_ += pairs;
-  if (2 * pairs * (steps_ + 1) <= cost_) return;
+  cost_ += cost;
+  if (cost * (steps_ + 1) <= cost_) return;
   has_list_ = false;
-  worthwhile_ = steps_ >= min_steps;
+  worthwhile_ = cost_ < cost_without_ * (steps_ + 1);
+  steps_to_wait_ = worthwhile_ ? 0 : pause_;
+  pause_ = worthwhile_ ? 1 : std::min(2 * pause_, max_pause);
+}
+
+void VerletList::record_probe(std::int64_t visited, std::int64_t candidates, bool may_serve) {
+  cost_without_ = cost_of(visited, candidates);
+  steps_to_wait_ = std::max(0, steps_to_wait_ - 1);
+  worthwhile_ = may_serve && steps_to_wait_ == 0;
 }
 
 std::size_t VerletList::bytes() const {
