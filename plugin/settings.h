@@ -293,22 +293,22 @@ inline constexpr double split_gap_fraction = 0.999;
 /// batches that carry an impulse. The interval doubles if a full sweep activated no new batch, up
 /// to the last number, which keeps it from overflow.
 inline constexpr int first_full_sweep_interval = 8, max_full_sweep_interval = 1 << 20;
-/// Sweeps in which the impulse of sliding friction is a fraction of what would hold, as long as the
-/// contact carries a load. After them its size is a constant bound, like that of Tresca's friction.
-/// That fraction has no other bound that goes to zero with the load. So contacts whose load comes
-/// and goes with their friction would never settle.
+/// Number of sweeps in which friction that is a fraction of the sliding is computed anew. After
+/// them its size stays, as that of Tresca's friction. It does not go to zero with the load, so
+/// contacts whose load comes and goes with their friction would never settle.
 inline constexpr int sliding_sweeps = 8;
 /// The extrapolation starts anew if a sweep's change exceeds this multiple of the smallest change
 /// so far. Without it, the sweeps may diverge.
 inline constexpr float max_change_growth = 4;
 /// Sweeps also end where they stall, as between two heavy bodies that press on light nodes. The
 /// next step goes on from their impulses. An interval is the limit of the sweeps divided by
-/// `intervals_of_limit`, and at least `min_stall_interval` sweeps.
+/// `intervals_of_limit`, and at least `min_stall_interval` sweeps. They stall if both of the
+/// conditions below hold.
 inline constexpr int intervals_of_limit = 16, min_stall_interval = 25;
-/// They stall if, in an interval, the least change stays above this part of that in the interval
-/// before. It is 0.5, squared as SweepChange::largest is.
+/// First: the least change of an interval stays above this part of that in the interval before. It
+/// is 0.5, squared as SweepChange::largest is.
 inline constexpr float stalled_change_squared = 0.25F;
-/// And if all changes of the interval together are below this part of all that the sweeps have
+/// Second: all changes of the interval together are below this part of all that the sweeps have
 /// changed so far.
 inline constexpr double stalled_fraction = 1e-4;
 /// A row is light if a rigid body makes up more than this part of its compliance. Splitting the
@@ -377,7 +377,8 @@ inline constexpr int last_limit_rounds = 1, last_motor_rounds = 2;
 }  // namespace joints
 
 /// Rounds in which Bullet's links and the contacts are solved in turn, in the rigid world. Bullet
-/// solves links after contacts. Without rounds, tetrahedra turn inside out, or weights sink in.
+/// alone solves contacts and then links. LazyCCD finds contacts after Bullet's links are solved, so
+/// links near contacts are solved again. Otherwise tetrahedra turn inside out, and weights sink in.
 namespace links {
 
 /// m/s. Links that move nodes more slowly than this end the rounds.
@@ -386,13 +387,14 @@ inline constexpr double min_link_speed = 0.25;
 /// so many. With one by iteration, more tetrahedra turn inside out than with Bullet, whose contacts
 /// let nodes sink in.
 inline constexpr int rounds_by_iteration = 2, min_rounds_in_contact = 8;
-/// Under load, links are solved again where contacts move a node by more than this fraction of its
-/// shortest edge in the step. Where they move nodes less, links have little to correct.
+/// Under load, links are solved again if one contact moves a node by more than this multiple of its
+/// shortest edge in the step. With half of it boxes on a pinned cloth do not come to rest; with
+/// twice of it a ball with pressure does not stay round (tests/long/numbers.md).
 inline constexpr double min_pushed_fraction = 0.7;
 inline constexpr int max_rounds_under_load = 4;
-/// The same two under weights. The number of rounds is the stiffness of the body, so it must not
-/// follow the load: a body that gets stiffer while it is pressed throws the weight up, and nothing
-/// comes to rest. So the rounds begin with the first fraction, and go on with the second.
+/// Under weights the mean of how far they push counts, in shortest edges too. Rounds begin above
+/// the first value and go on above the second. Reason: the number of rounds is the stiffness of the
+/// body. If it followed the load, the body would throw the weight up, and nothing would rest.
 inline constexpr double min_weighed_fraction = 0.25, min_weighed_fraction_to_go_on = 0.05;
 inline constexpr int max_rounds_under_weight = 10;
 /// Seconds. The rounds go on for so long while the weight bounces or presses less.
@@ -407,8 +409,8 @@ inline constexpr double min_part_of_nodes = 0.9;
 /// gravity pulls it there by this part. Less is what a body at rest moves by itself.
 inline constexpr double min_part_of_gravity = 0.25;
 /// Rounds of one StrainLimit::hold(), of which a step has up to two. Rows that hold some links
-/// stretch others: cloth under 1 000 times its mass 33 times with one round, 14 with four
-/// (tests/long/stretch.md).
+/// stretch others: cloth under 1 000 times its mass was stretched 33 times with one round, 14 with
+/// four (tests/long/stretch.md).
 inline constexpr int strain_rounds = 4;
 /// Of the limit: a link that is longer gets a row. With 1, what the sweeps leave would come again.
 inline constexpr double strain_tolerance = 1.01;

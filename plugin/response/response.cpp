@@ -115,7 +115,7 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
     motion.find_turn_displacement();
     let_motors_give_way(islands, motion);
     constraints_.solve(motion, options_.solver_iterations);
-    // What was not near before may have stretched links anew. Later rounds solve contacts alone.
+    // What was not near before may have stretched links anew. Later rounds add no rows of links.
     if (links && i == 0 && strain_limit_.is_on()) hold_links_in_contact(links, motion);
     contacts = detect(motion.starts(), motion.ends());
   }

@@ -39,10 +39,10 @@ class Response {
 
   /// Changes the end of `motion` until `detect_all` finds no contact that can be resolved.
   /// `near`: pairs that come near each other; the selected ones are solved before the first
-  /// detection. Three methods follow, each until the step is clean: impulses; rigid impact zones;
-  /// zones held at the start of the step. The last one ends with a clean step, because in the end
-  /// nothing moves any more. Afterwards motion.velocity_change holds what must be added to the
-  /// velocities.
+  /// detection. Three methods follow: impulses; rigid impact zones; zones held at the start of the
+  /// step. The first two end after so many rounds as the options say. What cannot be resolved, as
+  /// between things that are driven, counts as StepStats::unresolved. Afterwards
+  /// motion.velocity_change holds what must be added to the velocities.
   /// `penetrations`: vertices inside of bodies, see find_penetrations(). `links` may be empty. May
   /// be called several times in a step: each call begins with the impulses of the last step.
   void run(const NearContacts& near, const std::vector<Contact>& penetrations,

@@ -69,9 +69,9 @@ class ContactSolver {
   enum class Manner {
     /// Until sweeps change nothing visible.
     full,
-    /// The same, for a problem that was solved and has gained rows. A row with a sliding fraction
-    /// has not more friction than at set_up(), but that without a load: what moved since moved
-    /// against it, and would be thrown aside if it ended.
+    /// The same, for a problem that was solved and has gained rows. Where friction is a fraction of
+    /// the sliding, it keeps the size that it has, even if its load ends: what has moved against it
+    /// since would be thrown aside. Rows without friction so far get their fraction.
     again,
     /// As `again`, as a round in turn with links: few sweeps, and fewer if the first one changes
     /// little, because the next round goes on from the impulses.

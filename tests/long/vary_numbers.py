@@ -127,10 +127,10 @@ def failures(folder, environment):
         lengths = []
         for line in run("lazyccd_stretch", "--rates", "60").stdout.splitlines():
             cells = [cell.strip() for cell in line.split("|")]
-            if len(cells) < 9 or not cells[2].isdigit():
+            if len(cells) < 15 or not cells[2].isdigit():
                 continue
-            lengths.append(float(cells[6].strip("*").split(",")[0].strip("*")))
-            if "**" in cells[6]:
+            lengths.append(float(cells[9]))
+            if cells[6]:
                 failed.add("links: " + " ".join(cells[1:4]))
     return failed, math.exp(sum(map(math.log, lengths)) / len(lengths))
 

@@ -17,7 +17,7 @@ def worst():
 
 
 FRONT = [("", "with", text), ("ms a step", "ms a step", number), ("pass-throughs", "pass-throughs", count)]
-plain("costs/drop", "drop/drop.csv", [*FRONT, ("fastest nodes at the end, mm/s (root mean square)", "end speed mm/s", text)])
+plain("costs/drop", "drop/drop.csv", [*FRONT, ("fastest nodes at the end, mm/s (root mean square)", "end speed mm/s", number)])
 plain("costs/thrown", "costs/thrown.csv", FRONT)
 
 
@@ -37,7 +37,7 @@ def steps_of_scenes(source, figure, wanted):
         lines.append(line)
     heading = ["scene", "world"]
     for name in RATES.values():
-        heading += [f"{name}: Bullet", "LazyCCD", "ratio", "Bullet sunk in, mm"]
+        heading += [f"{name}: Bullet, ms", "LazyCCD, ms", "times", "Bullet sunk in, mm"]
     return heading, lines
 
 
@@ -68,21 +68,21 @@ def summary(source, figure, groups):
 # Bullet alone is wrong where nodes get deeper into a rigid body than half of the margin, which is 0.25 of the unit.
 MARGIN_MM = 250
 GROUPS = {
-    "right": lambda row: float(row["Bullet sunk in mm"]) <= MARGIN_MM / 2,
-    "sinks": lambda row: float(row["Bullet sunk in mm"]) > MARGIN_MM / 2,
+    "stays out of rigid bodies": lambda row: float(row["Bullet sunk in mm"]) <= MARGIN_MM / 2,
+    "sinks in": lambda row: float(row["Bullet sunk in mm"]) > MARGIN_MM / 2,
 }
 
 
 @table("costs/untuned-summary")
 def untuned_summary():
-    return (["world", "step", "Bullet alone", "scenes", "mean ratio", "largest"],
+    return (["world", "step", "Bullet alone", "scenes", "times, mean", "largest"],
             summary("costs/untuned.csv", "median", GROUPS))
 
 
 @table("costs/scenes-summary")
 def scenes_summary():
     groups = {name: lambda row, name=name: row["precision"] == name for name in ("float", "double")}
-    return (["world", "step", "precision", "scenes", "mean ratio", "largest"],
+    return (["world", "step", "precision", "scenes", "times, mean", "largest"],
             summary("costs/scenes.csv", "mean", groups))
 
 
@@ -91,6 +91,25 @@ plain("costs/right", "costs/right.csv", [
     ("Bullet, ms", "Bullet ms", number), ("LazyCCD, ms", "LazyCCD ms", number),
     ("ratio", lambda row: float(row["LazyCCD ms"]) / float(row["Bullet ms"]), ratio),
     ("1/60 s over 1/240 s", "1/60 s over 1/240 s", text)])
+
+@table("costs/stretch")
+def stretch():
+    """One row a scene and variant, with the longest link of the run and the time of a step."""
+    rows = read("costs/stretch.csv")
+    cells = {(row["scene"], row["nodes"], row["amount"], row["steps a second"]): row for row in rows}
+    lines = []
+    for scene in distinct((row["scene"], row["nodes"], row["amount"]) for row in rows):
+        line = list(scene)
+        for rate in RATES:
+            row = cells[(*scene, rate)]
+            line += [row["Bullet longest"], f"**{row['LazyCCD longest']}**" if row["beyond"] else row["LazyCCD longest"],
+                     number(row["Bullet ms"]), number(row["LazyCCD ms"])]
+        lines.append(line)
+    heading = ["scene", "nodes", "m/s, or times its mass"]
+    for name in RATES.values():
+        heading += [f"{name}: longest link, Bullet", "LazyCCD", "Bullet, ms", "LazyCCD, ms"]
+    return heading, lines
+
 
 plain("costs/links", "costs/links.csv", [
     ("nodes", "nodes", text), ("links", "links", count), ("iterations", "iterations", text),

@@ -38,6 +38,7 @@ def all_ratios():
     yield from pairs("costs/untuned.csv", SCENE, "Bullet median ms", "LazyCCD median ms")
     yield from pairs("costs/scenes.csv", SCENE, "Bullet mean ms", "LazyCCD mean ms")
     yield from pairs("costs/right.csv", SCENE[:3], "Bullet ms", "LazyCCD ms")
+    yield from pairs("costs/stretch.csv", ("scene", "nodes", "amount", "steps a second"), "Bullet ms", "LazyCCD ms")
     yield from pairs("costs/sleepers.csv", ("world", "sleepers"), "Bullet alone", "with LazyCCD")
     yield from pairs("costs/phases.csv", ("scene", "world", "s"), "Bullet alone", "with LazyCCD")
     yield from pairs("costs/spawn.csv", ("world", "bodies"), "Bullet ms", "LazyCCD ms")
@@ -47,8 +48,10 @@ def all_ratios():
     yield from beside("drop/drop.csv", (), "with", "Bullet alone", "ms a step")
     point = ("scene", "world", "precision", "speed", "dt", "margin", "size")
     yield from beside("failures/map.csv", point, "detector", "bullet", "ms_step")
-    known = [row for row in read("behaviour/behaviour.csv") if row["Bullet ms a second"] != "crashed"]
-    yield from pairs("behaviour/behaviour.csv", ("scene", "world"), "Bullet ms a second", "LazyCCD ms a second", known)
+    for name in ("behaviour/behaviour.csv", "behaviour/behaviour_double.csv"):
+        known = [row for row in read(name) if row["Bullet ms a second"] != "crashed"]
+        yield from pairs(name, ("scene", "world"), "Bullet ms a second", "LazyCCD ms a second", known)
+    yield from beside("behaviour/curve.csv", ("scene", "world", "precision", "substeps"), "collisions", "Bullet", "ms a second")
     for row in read("users/demo_times.csv"):
         yield Found("users/demo_times.csv", row["scene"], None, row["LazyCCD ms a frame"],
                     float(row["times Bullet, median frame"]))

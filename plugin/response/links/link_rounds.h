@@ -1,6 +1,6 @@
-// Solves links and contacts in turn. Bullet solves the links of a step before the contacts are
-// known. Contacts alone would move the nodes that touch, and leave the links to them too short or
-// too long.
+// Solves links and contacts in turn. With LazyCCD, Bullet's links are solved before the contacts of
+// the step are known. Contacts alone would move the nodes that touch, and leave the links to them
+// too short or too long.
 #pragma once
 
 #include <array>

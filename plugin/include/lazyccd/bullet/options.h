@@ -85,13 +85,12 @@ struct SolverOptions {
   double rest_speed = 0.04;
   double rest_damping = 20;  ///< highest rate of that damping, 1/s, >= 0; 0: no damping
 
-  /// How long a link of the rigid world may get while contacts push its body hard, as a multiple of
-  /// its rest length, >= 0; less than 1 counts as 1. That is where they move a node by more than
-  /// 0.7 of its shortest edge in a step, under weights and in impacts. It is also where a body
-  /// touches what was not near before. Links may be stretched
-  /// there by whatever else pulls at them, but not beyond the limit, or their length at the start
-  /// of the step. Fast impacts, and weights of ten times a cloth and more, stretch them farther. 0:
-  /// no limit.
+  /// How long contacts may make a link of the rigid world, as a multiple of its rest length, >= 0;
+  /// less than 1 counts as 1. A link that is longer at the start of the step may stay so. It holds
+  /// in bodies with tetrahedra that touch something, and under weights. It holds where one contact
+  /// moves a node by more than 0.7 of its shortest edge, and where what touches was not near
+  /// before. Fast impacts, and weights of ten times a cloth and more, stretch links farther. 0: no
+  /// limit.
   double strain_limit = 2;
 
   /// Speed at which intersecting bodies are moved apart, m/s, >= 0. Acts on scenes that begin with
