@@ -6,7 +6,7 @@
 
 #include "bodies/side_by_side.h"
 #include "lazyccd/bullet/precision.h"
-#include "lazyccd/function_ref.h"
+#include "lazyccd/threads.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

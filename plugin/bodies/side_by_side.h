@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "lazyccd/bullet/precision.h"
-#include "lazyccd/function_ref.h"
 #include "lazyccd/threads.h"
 #include "util/parallel_for.h"
 

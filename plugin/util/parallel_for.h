@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "lazyccd/bullet/precision.h"
-#include "lazyccd/function_ref.h"
+#include "lazyccd/threads.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

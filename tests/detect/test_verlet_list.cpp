@@ -1,6 +1,7 @@
 // The Verlet list: with a separation, candidates are reused in later steps.
 #include <random>
 
+#include "cpu/verlet/verlet_list.h"
 #include "lazyccd/detector.h"
 #include "support/catch.h"
 #include "support/moving_triangles.h"
@@ -222,4 +223,33 @@ TEST_CASE("candidates are reused where nodes creep, while others fly") {
                         fresh.recheck_near_pairs(start, end)));
   }
   CHECK(in_part > 30);
+}
+
+TEST_CASE("a Verlet list that does not pay is left out for longer and longer") {
+  VerletList list(0.01, 1);
+  // Steps without a list, until the next one is worthwhile.
+  const auto pause = [&list](std::int64_t visited) {
+    int steps = 0;
+    do {
+      list.record_probe(visited, 0, true);
+      ++steps;
+    } while (!list.is_worthwhile(1));
+    return steps;
+  };
+  const auto use_up = [&list](int steps) {
+    list.finish_building(2000, 0);
+    for (int i = 0; i < steps; ++i) list.record_use(10, 0);
+    CHECK(list.has_list());
+    list.record_use(3000, 0);
+    CHECK_FALSE(list.has_list());
+  };
+  CHECK(pause(1000) == 1);
+  for (const int steps : {1, 2, 4, 8}) {
+    use_up(0);  // costs twice as much as without
+    CHECK(pause(1000) == steps);
+  }
+  use_up(20);
+  CHECK(list.is_worthwhile(1));
+  use_up(0);
+  CHECK(pause(1000) == 1);
 }

@@ -116,7 +116,7 @@ CHECKS = [
     ("README.md", "| Cloth thrown at cloth at 2 m/s, rigid world, 1/240 s | {} | {} | {} |", thrown),
     ("README.md", "**Worst with Bullet's own margins:** {} ([table](examples/results/costs.md#with-bullets-own-margins)) | {} "
                   "| {} ({} times) | {} |", worst_margins),
-    ("README.md", "**Worst of all:** {} ([table](examples/results/costs.md#where-contacts-stretch-links)) | {} | {} "
+    ("README.md", "**Worst of all:** {} ([table](examples/results/costs.md#in-short)) | {} | {} "
                   "({} times) | {} |", worst_of_all),
     ("README.md", "| {} scenes over speed, step, thickness and triangle size, {} points "
                   "([map](examples/results/failures.md#the-map)) | something passes at {} | at {} | {} |", failures),

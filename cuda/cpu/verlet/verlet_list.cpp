@@ -97,9 +97,9 @@ float VerletList::distance_limit(double relative_motion) const {
   return static_cast<float>(distance + scene_margin) * (1 + 0x1p-20f);
 }
 
-// Each step costs more than the one before, because more pairs have moved too far. The mean per
-// step is smallest if the list is replaced once a step costs more than the mean, with the step that
-// built it. If that mean is more than a step costs without a list, none is built for a while.
+// Steps tend to cost more and more, because more pairs have moved too far. The list is discarded
+// once a step costs more than the mean, with the step that built it. If that mean is less than the
+// last step without a list cost, the next step builds again. Otherwise there is a pause.
 void VerletList::record_use(std::int64_t visited, std::int64_t candidates) {
   const std::int64_t cost =
       cost_of(visited, candidates) + static_cast<std::int64_t>(size()) / listed_per_candidate;

@@ -112,11 +112,11 @@ class VerletList {
   std::size_t bytes() const;
 
  private:
-  // Number of steps that a list must last. A step that builds a list costs more than a step
-  // without.
+  // A pair of groups is listed if so many steps like its last one stay within twice the skin. The
+  // list itself may be discarded sooner.
   static constexpr double min_steps = 4;
-  // Times, as multiples of that of a candidate: to visit a pair of groups, and, as a part of it, to
-  // look at a listed candidate. Measured: 0.8 us, 48 ns and 4 ns (AVX-512, one core of a Xeon).
+  // To visit a pair of groups takes as long as to test so many candidates, and to test one as long
+  // as to look at so many in the list. Measured: 0.8 us, 48 ns, 4 ns (AVX-512, a core of a Xeon).
   static constexpr std::int64_t visit_cost = 16, listed_per_candidate = 12;
   // After lists that did not pay, the next one is tried after a pause, which doubles each time, up
   // to so many steps.

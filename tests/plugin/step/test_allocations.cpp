@@ -4,10 +4,10 @@
 #include <cstddef>
 #include <memory>
 
+#include "plugin/support/allocations.h"
 #include "plugin/support/obstacle_worlds.h"
 #include "scenes/meshes/cloth.h"
 #include "scenes/meshes/shapes.h"
-#include "support/allocations.h"
 #include "support/catch.h"
 #include "support/test_budget.h"
 

@@ -1,4 +1,4 @@
-#include "support/allocations.h"
+#include "plugin/support/allocations.h"
 
 #include <cstddef>
 #include <cstdlib>
