@@ -1,7 +1,7 @@
 # What examples/bench/all.sh runs for the page costs.
 out=$results/costs
 
-require_packages core bullet programs pictures
+require_packages core bullet programs tests pictures
 build_preset cpu -- lazyccd lazyccd_double lazyccd_phase_costs lazyccd_sleeper_costs lazyccd_scene_costs
 for world in rigid deformable; do
   rounds=$([ $world = rigid ] && echo 3 || echo 1)
