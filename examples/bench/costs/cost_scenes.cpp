@@ -412,6 +412,7 @@ std::vector<CostScene> cost_scenes() {
   for (const int nodes : {20, 50})
     for (const double gap : {0.0, 1e-6}) scenes.push_back(coincident_sheets(nodes, gap));
   for (const int sleepers : {0, 10, 50, 1000}) scenes.push_back(among_sleepers(sleepers));
+  for (CostScene& scene : reported_scenes()) scenes.push_back(std::move(scene));
   for (CostScene& scene : untuned_scenes()) scenes.push_back(std::move(scene));
   return scenes;
 }

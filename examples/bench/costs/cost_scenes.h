@@ -22,6 +22,7 @@ struct CostScene {
   bool only_by_name = false;  ///< takes so long that it runs only if --only names it
   bool untuned = false;       ///< margins are Bullet's defaults
   bool rigid_only = false;    ///< Bullet alone may crash in the deformable world
+  double margin = 0.01;       ///< of every body, unless untuned
   double gravity = 10;        ///< units of length per s^2; 1 000 where a unit is a centimetre
 };
 
@@ -41,6 +42,9 @@ class Character : public btCompoundShape {
   std::vector<Part> parts_;
 };
 
+/// Those of this folder, and untuned and reported ones.
 std::vector<CostScene> cost_scenes();
+/// Scenes after those that users reported as slow.
+std::vector<CostScene> reported_scenes();
 
 }  // namespace lazyccd::scenes

@@ -104,7 +104,7 @@ Run run(const CostScene& scene, WorldOptions options, bool processor_time) {
   constexpr int samples_per_second = 20;
   options.gravity = scene.gravity;
   if (processor_time) options.lazyccd.detector.threads = 1;
-  if (scene.untuned) options.margin = CONVEX_DISTANCE_MARGIN;
+  options.margin = scene.untuned ? CONVEX_DISTANCE_MARGIN : scene.margin;
   const auto world = PhysicsWorld::make(options);
   scene.build(*world);
   constexpr btScalar soft_margin(0.25);  // btSoftBody's own
