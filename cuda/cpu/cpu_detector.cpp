@@ -59,6 +59,7 @@ CpuDetector::CpuDetector(const DetectorOptions& options, const Threads& threads,
   // missing.
   options_.reduce_contacts = options.reduce_contacts && options.vertex_face;
   for (int i = 0; i < pool_.size(); ++i) workers_.push_back(std::make_unique<Worker>());
+  for (const auto& worker : workers_) narrow_phases_.push_back(worker.get());
 }
 
 CpuDetector::~CpuDetector() { discard_ahead(); }
@@ -294,9 +295,9 @@ void CpuDetector::keep_last_motion() {
 
 std::uint64_t CpuDetector::sort_contacts(std::vector<Contact>& out) {
   LAZYCCD_NVTX_RANGE("sort");
-  std::vector<ContactPart> parts;
-  for (const auto& worker : workers_) parts.push_back({worker->contacts, worker->keys});
-  return (*sort_)(parts, pool_, out);
+  parts_.clear();
+  for (const auto& worker : workers_) parts_.push_back({worker->contacts, worker->keys});
+  return (*sort_)(parts_, pool_, out);
 }
 
 // Gathers the contacts of the workers, sorted, and adds their counters to the stats.

@@ -165,6 +165,7 @@ class CpuDetector : public BackendDetector {
   ThreadPool& pool_;  // of threads_
   std::unique_ptr<TraversalRun> traversal_;
   std::vector<std::unique_ptr<Worker>> workers_;
+  std::vector<NarrowPhase*> narrow_phases_;  // of the workers
 
   const Mesh* mesh_ = nullptr;
   ListState list_state_ = ListState::off;
@@ -176,6 +177,7 @@ class CpuDetector : public BackendDetector {
   std::unique_ptr<ExcludedPairs> excluded_;  // null: none
   std::unique_ptr<ContactSort> sort_;
   std::vector<Contact> contacts_, rechecked_;
+  std::vector<ContactPart> parts_;      // scratch memory: the contacts of each worker
   std::vector<double> near_distances_;  // by body, of the last detection
   double nearest_ = 0;                  // lower bound of the distance of its near pairs, unscaled
 

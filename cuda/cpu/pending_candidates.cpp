@@ -1,5 +1,4 @@
 // The last stage of the CPU backend: tests the candidates that the traversal left, on all threads.
-#include <vector>
 
 #include "core/profile.h"
 #include "cpu/cpu_detector.h"
@@ -57,12 +56,8 @@ void CpuDetector::test(const CandidateBatches& batches) {
 }
 
 void CpuDetector::test_excluded(Stats& stats) {
-  std::vector<NarrowPhase*> workers;
-  for (const auto& worker : workers_) {
-    worker->exclude(nullptr);
-    workers.push_back(worker.get());
-  }
-  excluded_->push_to({workers.data(), workers.size()}, records_, pool_, stats);
+  for (const auto& worker : workers_) worker->exclude(nullptr);
+  excluded_->push_to({narrow_phases_.data(), narrow_phases_.size()}, records_, pool_, stats);
   test_pending(false);
 }
 

@@ -22,14 +22,15 @@ class BodyForces {
   bool read(const Forces& forces, const btAlignedObjectArray<btSoftBody*>& bodies);
 
   struct Acting {
-    int force;  ///< index in `forces`
+    int force = 0;  ///< index in `forces`
     std::unique_ptr<btDeformableLagrangianForce> copy;
   };
   /// What acts on a body, in the order of `forces`.
   const std::vector<Acting>& on(int body) const { return on_[static_cast<std::size_t>(body)]; }
 
  private:
-  std::vector<std::vector<Acting>> on_;  // by body
+  std::vector<std::vector<Acting>> on_;                                       // by body
+  std::vector<std::unique_ptr<btDeformableLagrangianForce>> without_bodies_;  // copies, by force
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <mutex>
-#include <vector>
 
 #include "bodies/ordered_sum.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -26,7 +26,7 @@ struct Largest {
 // is forgotten.
 template <class Residual>
 btScalar largest(const ParallelFor& parallel_for, std::size_t count, const Residual& residual) {
-  std::vector<Largest> ranges;
+  ScratchVector<Largest> ranges;
   std::mutex adding;
   for_ranges(parallel_for, count, node_grain, [&](std::size_t first, std::size_t last) {
     Largest found;

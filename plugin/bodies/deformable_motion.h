@@ -11,6 +11,7 @@
 #include "bodies/conjugate_residual.h"
 #include "bodies/side_by_side.h"
 #include "lazyccd/bullet/precision.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -19,7 +20,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 struct DeformableBodies {
   const SideBySide::Bodies& bodies;
   const SideBySide& side_by_side;
-  std::vector<int> first_node;
+  ScratchVector<int> first_node;
 
   DeformableBodies(const SideBySide::Bodies& all, const SideBySide& visitor);
 };

@@ -22,13 +22,13 @@ EquationIsland whole_equation(const btDeformableBackwardEulerObjective& objectiv
   return all;
 }
 
-std::vector<EquationIsland> find_equation_islands(
+ScratchVector<EquationIsland> find_equation_islands(
     const btDeformableBackwardEulerObjective& objective, int nodes,
-    const std::vector<std::array<int, 2>>& pairs) {
+    Span<const std::array<int, 2>> pairs) {
   const btAlignedObjectArray<btSoftBody*>& bodies = objective.m_softBodies;
   const btAlignedObjectArray<LagrangeMultiplier>& multipliers =
       objective.m_projection.m_lagrangeMultipliers;
-  std::vector<int> first_node(1, 0);
+  ScratchVector<int> first_node(1, 0);
   bool are_alone = true;
   for (int b = 0; b < bodies.size(); ++b) {
     first_node.push_back(first_node.back() + bodies[b]->m_nodes.size());
@@ -44,13 +44,13 @@ std::vector<EquationIsland> find_equation_islands(
   for (int c = 0; c < multipliers.size(); ++c)
     for (int i = 1; i < multipliers[c].m_num_nodes; ++i)
       sets.join(body_of(multipliers[c].m_indices[0]), body_of(multipliers[c].m_indices[i]));
-  std::vector<char> has_pair(static_cast<std::size_t>(bodies.size()), 0);  // by set
+  ScratchVector<char> has_pair(static_cast<std::size_t>(bodies.size()), 0);  // by set
   for (const std::array<int, 2>& pair : pairs)
     has_pair[static_cast<std::size_t>(sets.find(pair[0]))] = 1;
 
-  std::vector<EquationIsland> islands;
+  ScratchVector<EquationIsland> islands;
   EquationIsland others;
-  std::vector<int> island_of_set(static_cast<std::size_t>(bodies.size()), -1);
+  ScratchVector<int> island_of_set(static_cast<std::size_t>(bodies.size()), -1);
   const auto island_of = [&](std::int32_t body) -> EquationIsland& {
     const auto set = static_cast<std::size_t>(sets.find(body));
     if (!has_pair[set]) return others;

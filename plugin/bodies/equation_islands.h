@@ -10,13 +10,14 @@
 
 #include "lazyccd/bullet/precision.h"
 #include "lazyccd/span.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 struct EquationIsland {
-  std::vector<int> bodies;    // indices in the objective's list, ascending
-  std::vector<int> unknowns;  // of their nodes, then those of multipliers, each ascending
+  ScratchVector<int> bodies;    // indices in the objective's list, ascending
+  ScratchVector<int> unknowns;  // of their nodes, then those of multipliers, each ascending
   std::size_t node_count = 0;
 
   Span<const int> multipliers() const {
@@ -31,9 +32,9 @@ EquationIsland whole_equation(const btDeformableBackwardEulerObjective& objectiv
 /// makes b an island of its own, unless something connects it with others. All bodies that nothing
 /// connects with a pair are one island, the last one, as with Bullet. The result is one island if a
 /// body has links or tetrahedra with another body's nodes.
-std::vector<EquationIsland> find_equation_islands(
+ScratchVector<EquationIsland> find_equation_islands(
     const btDeformableBackwardEulerObjective& objective, int nodes,
-    const std::vector<std::array<int, 2>>& pairs);
+    Span<const std::array<int, 2>> pairs);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

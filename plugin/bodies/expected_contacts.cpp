@@ -69,7 +69,7 @@ bool ExpectedContacts::select(const Bodies& bodies, const std::vector<btScalar>&
                               btScalar dt) {
   selected_.clear();
   if (taken_.empty()) return false;
-  std::vector<std::pair<const btSoftBody*, int>> index;
+  ScratchVector<std::pair<const btSoftBody*, int>> index;
   anchored_.clear();
   for (int b = 0; b < bodies.size(); ++b) {
     const btSoftBody& body = *bodies[b];
@@ -89,7 +89,7 @@ bool ExpectedContacts::select(const Bodies& bodies, const std::vector<btScalar>&
 }
 
 bool ExpectedContacts::number(const Taken& taken,
-                              const std::vector<std::pair<const btSoftBody*, int>>& index,
+                              Span<const std::pair<const btSoftBody*, int>> index,
                               const Bodies& bodies, const std::vector<btScalar>& inverse_mass,
                               btScalar dt, Selected& contact) const {
   contact.count = 0;
@@ -136,7 +136,7 @@ bool ExpectedContacts::find_penalties(const Multiply& multiply, int size) {
   }
   multiply(probe_, product_);
   // The product at each contact's nodes, so nodes of several contacts count several times.
-  std::vector<btScalar> of_mass(static_cast<std::size_t>(bodies), 0), of_all = of_mass;
+  ScratchVector<btScalar> of_mass(static_cast<std::size_t>(bodies), 0), of_all = of_mass;
   for (const Selected& contact : selected_) {
     for (std::size_t k = 0; k < static_cast<std::size_t>(contact.count); ++k) {
       const auto body = static_cast<std::size_t>(contact.bodies[k]);
@@ -162,8 +162,8 @@ bool ExpectedContacts::find_penalties(const Multiply& multiply, int size) {
   return !selected_.empty();
 }
 
-std::vector<std::array<int, 2>> ExpectedContacts::body_pairs() const {
-  std::vector<std::array<int, 2>> pairs;
+ScratchVector<std::array<int, 2>> ExpectedContacts::body_pairs() const {
+  ScratchVector<std::array<int, 2>> pairs;
   for (const Selected& contact : selected_) {
     for (std::size_t k = 0; k < static_cast<std::size_t>(contact.count); ++k) {
       const std::array<int, 2> pair = {contact.bodies[0], contact.bodies[k]};
@@ -173,8 +173,8 @@ std::vector<std::array<int, 2>> ExpectedContacts::body_pairs() const {
   return pairs;
 }
 
-void ExpectedContacts::divide(const std::vector<EquationIsland>& islands) {
-  std::vector<std::size_t> island_of;  // by body
+void ExpectedContacts::divide(Span<const EquationIsland> islands) {
+  ScratchVector<std::size_t> island_of;  // by body
   for (std::size_t i = 0; i < islands.size(); ++i) {
     for (const int body : islands[i].bodies) {
       island_of.resize(std::max(island_of.size(), static_cast<std::size_t>(body) + 1));
@@ -197,7 +197,7 @@ void ExpectedContacts::divide(const std::vector<EquationIsland>& islands) {
 
 void ExpectedContacts::guess(const Bodies& bodies, const VectorStack& velocity,
                              VectorStack& dv) const {
-  std::vector<char> touched(static_cast<std::size_t>(bodies.size()), 0);
+  ScratchVector<char> touched(static_cast<std::size_t>(bodies.size()), 0);
   for (const Selected& contact : selected_) {
     for (std::size_t k = 0; k < static_cast<std::size_t>(contact.count); ++k)
       touched[static_cast<std::size_t>(contact.bodies[k])] = 1;

@@ -33,6 +33,7 @@
 #include "lazyccd/bullet/precision.h"
 #include "lazyccd/bullet/report.h"
 #include "lazyccd/span.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -67,10 +68,10 @@ class ExpectedContacts {
 
   /// Pairs of bodies in contact, as indices in the list, some more than once; twice the same body
   /// if only one is soft and can move.
-  std::vector<std::array<int, 2>> body_pairs() const;
+  ScratchVector<std::array<int, 2>> body_pairs() const;
   /// Divides the contacts by the islands, for functions that take the number of one. They may be
   /// called for several islands at the same time.
-  void divide(const std::vector<EquationIsland>& islands);
+  void divide(Span<const EquationIsland> islands);
 
   /// Sets the velocity changes `dv` of bodies in contact to a first guess: as if they moved on as
   /// they did after the last step.
@@ -128,7 +129,7 @@ class ExpectedContacts {
     const Range range = by_island_[island];
     return {selected_.data() + range.first, range.last - range.first};
   }
-  bool number(const Taken& taken, const std::vector<std::pair<const btSoftBody*, int>>& index,
+  bool number(const Taken& taken, Span<const std::pair<const btSoftBody*, int>> index,
               const Bodies& bodies, const std::vector<btScalar>& inverse_mass, btScalar dt,
               Selected& contact) const;
 

@@ -25,7 +25,7 @@ btVector3 inverse_or_zero(const btVector3& v) {
 
 bool MomentumEquation::solve(btDeformableBackwardEulerObjective& objective, btScalar dt,
                              int max_iterations, btScalar tolerance, const SideBySide& bodies,
-                             const std::vector<int>& lost, ExpectedContacts& contacts,
+                             Span<const int> lost, ExpectedContacts& contacts,
                              VectorStack& residual, VectorStack& dv) {
   objective_ = &objective;
   side_by_side_ = &bodies;
@@ -67,7 +67,7 @@ bool MomentumEquation::solve(btDeformableBackwardEulerObjective& objective, btSc
   return true;
 }
 
-void MomentumEquation::find_apart(const std::vector<int>& lost) {
+void MomentumEquation::find_apart(Span<const int> lost) {
   apart_.clear();
   for (const int body : lost) apart_.push_back({body, body});
   for (std::size_t body = 0; body < is_finite_.size(); ++body)
@@ -84,13 +84,13 @@ void MomentumEquation::solve_with(ExpectedContacts& contacts, int max_iterations
                                   btScalar tolerance) {
   plain_right_hand_side_.copyFromArray(right_hand_side_);
   contacts.guess(objective_->m_softBodies, velocity_, solution_);
-  const std::vector<EquationIsland> islands = find_islands(contacts);
+  const ScratchVector<EquationIsland> islands = find_islands(contacts);
   contacts.divide(islands);
   const ParallelFor on_one_thread = [](std::size_t count, std::size_t, const auto& body) {
     body(0, count);
   };
   const ParallelFor& on_all = side_by_side_->parallel_for();
-  std::vector<std::size_t> small;
+  ScratchVector<std::size_t> small;
   std::size_t small_nodes = 0;
   for (std::size_t i = 0; i < islands.size(); ++i) {
     if (!is_finite(islands[i])) continue;
@@ -135,9 +135,10 @@ void MomentumEquation::solve_island(const EquationIsland& island, std::size_t in
   }
 }
 
-std::vector<EquationIsland> MomentumEquation::find_islands(const ExpectedContacts& contacts) const {
+ScratchVector<EquationIsland> MomentumEquation::find_islands(
+    const ExpectedContacts& contacts) const {
   if (!is_divisible_) return {all_};
-  std::vector<std::array<int, 2>> pairs = contacts.body_pairs();
+  ScratchVector<std::array<int, 2>> pairs = contacts.body_pairs();
   pairs.insert(pairs.end(), apart_.begin(), apart_.end());
   return find_equation_islands(*objective_, nodes_, pairs);
 }
@@ -149,7 +150,7 @@ bool MomentumEquation::read(btDeformableBackwardEulerObjective& objective) {
   const ParallelFor& parallel_for = side_by_side_->parallel_for();
   const btAlignedObjectArray<btSoftBody*>& bodies = objective.m_softBodies;
   const auto count = static_cast<std::size_t>(nodes_);
-  std::vector<int> first_node(1, 0);
+  ScratchVector<int> first_node(1, 0);
   for (int i = 0; i < bodies.size(); ++i)
     first_node.push_back(first_node.back() + bodies[i]->m_nodes.size());
   if (first_node.back() != nodes_) return false;

@@ -19,6 +19,7 @@
 #include "bodies/side_by_side.h"
 #include "bodies/spring_damping.h"
 #include "lazyccd/bullet/precision.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -31,7 +32,7 @@ class MomentumEquation {
   /// the objective, that are solved apart, so that they do not decide when all others have
   /// converged. Bodies that are not finite are not solved.
   bool solve(btDeformableBackwardEulerObjective& objective, btScalar dt, int max_iterations,
-             btScalar tolerance, const SideBySide& bodies, const std::vector<int>& lost,
+             btScalar tolerance, const SideBySide& bodies, Span<const int> lost,
              ExpectedContacts& contacts, VectorStack& residual, VectorStack& dv);
 
  private:
@@ -46,7 +47,7 @@ class MomentumEquation {
   bool read(btDeformableBackwardEulerObjective& objective);
   void add_right_hand_side(btScalar dt, VectorStack& residual) const;
   void find_preconditioner();
-  void find_apart(const std::vector<int>& lost);
+  void find_apart(Span<const int> lost);
   bool is_finite(const EquationIsland& island) const;
   void solve_with(ExpectedContacts& contacts, int max_iterations, btScalar tolerance);
   // Solves for an island. `index`: its number in `contacts`. `penalties`: memory for them, if
@@ -54,7 +55,7 @@ class MomentumEquation {
   void solve_island(const EquationIsland& island, std::size_t index, ExpectedContacts& contacts,
                     int max_iterations, btScalar tolerance, const ParallelFor& parallel_for,
                     ContactPenalties* penalties);
-  std::vector<EquationIsland> find_islands(const ExpectedContacts& contacts) const;
+  ScratchVector<EquationIsland> find_islands(const ExpectedContacts& contacts) const;
   // Computes b = A x for the unknowns of an island.
   void multiply(const EquationIsland& island, const VectorStack& x, VectorStack& b,
                 const ParallelFor& parallel_for) const;

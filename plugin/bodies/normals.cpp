@@ -4,6 +4,7 @@
 #include <atomic>
 #include <numeric>
 
+#include "util/scratch_vector.h"
 #include "util/soft_body_nodes.h"
 
 namespace lazyccd::bullet {
@@ -15,7 +16,7 @@ constexpr std::size_t grain = 2048;  // work that takes longer than waking a thr
 // Several lists one after the other: list i begins at firsts[i]. Calls visit(i, first, last) for
 // the part of each list that is in [begin, end); `first` and `last` count from the list's begin.
 template <class Visit>
-void for_parts(const std::vector<std::size_t>& firsts, std::size_t begin, std::size_t end,
+void for_parts(Span<const std::size_t> firsts, std::size_t begin, std::size_t end,
                const Visit& visit) {
   for (std::size_t i = 0; i + 1 < firsts.size(); ++i) {
     const std::size_t first = std::max(begin, firsts[i]), last = std::min(end, firsts[i + 1]);
@@ -70,7 +71,7 @@ void Normals::update(const btAlignedObjectArray<btSoftBody*>& bodies,
 }
 
 bool Normals::update_faces(const ParallelFor& parallel_for) {
-  std::vector<std::size_t> firsts(1, 0);
+  ScratchVector<std::size_t> firsts(1, 0);
   for (const btSoftBody* body : bodies_)
     firsts.push_back(firsts.back() + static_cast<std::size_t>(body->m_faces.size()));
   std::atomic<bool> all_fit{true};
@@ -99,7 +100,7 @@ bool Normals::update_faces(btSoftBody& body, Plan& plan, std::size_t first, std:
 }
 
 void Normals::update_nodes(const ParallelFor& parallel_for) {
-  std::vector<std::size_t> firsts(1, 0);
+  ScratchVector<std::size_t> firsts(1, 0);
   for (const btSoftBody* body : bodies_)
     firsts.push_back(firsts.back() + static_cast<std::size_t>(body->m_nodes.size()));
   for_ranges(parallel_for, firsts.back(), grain, [&](std::size_t begin, std::size_t end) {

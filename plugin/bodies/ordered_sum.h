@@ -4,9 +4,9 @@
 #include <LinearMath/btScalar.h>
 
 #include <cstddef>
-#include <vector>
 
 #include "util/parallel_for.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -39,7 +39,7 @@ class OrderedSum {
   }
 
  private:
-  std::vector<btScalar> terms_;
+  ScratchVector<btScalar> terms_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -2,7 +2,7 @@
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseInterface.h>
 
-#include <vector>
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -26,7 +26,7 @@ class WithoutBroadphase {
 
  private:
   const SideBySide::Bodies& bodies_;
-  std::vector<btBroadphaseProxy*> handles_;
+  ScratchVector<btBroadphaseProxy*> handles_;
 };
 
 // True if no force but gravity acts on the body, except for the forces in its nodes.
@@ -119,11 +119,11 @@ void predict_without_trees(btSoftBody& body, btScalar dt) {
 
 void predict_motions(const SideBySide::Bodies& bodies, const SideBySide& side_by_side,
                      FunctionRef<void(btSoftBody&)> predict) {
-  std::vector<char> was_active;
+  ScratchVector<char> was_active;
   for (int i = 0; i < bodies.size(); ++i) was_active.push_back(bodies[i]->isActive());
   {
     const WithoutBroadphase scope(bodies);
-    std::vector<char> is_predicted(was_active.size(), 0);
+    ScratchVector<char> is_predicted(was_active.size(), 0);
     for (int i = 0; i < bodies.size(); ++i) {
       if (!was_active[static_cast<std::size_t>(i)] || !bodies[i]->m_bUpdateRtCst) continue;
       predict(*bodies[i]);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "bodies/ordered_sum.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -13,7 +14,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 bool SpringDamping::read(const btDeformableMassSpringForce& force, const SpringConstants& constants,
                          int nodes, const ParallelFor& parallel_for) {
   constants_ = constants;
-  std::vector<Body> bodies;
+  ScratchVector<Body> bodies;
   std::size_t springs = 0;
   for (int i = 0; i < force.m_softBodies.size(); ++i) {
     const btSoftBody* const body = force.m_softBodies[i];
@@ -23,13 +24,14 @@ bool SpringDamping::read(const btDeformableMassSpringForce& force, const SpringC
     springs += count;
   }
   const bool is_planned =
-      bodies == bodies_ && first_end_.size() == static_cast<std::size_t>(nodes) + 1;
+      std::equal(bodies.begin(), bodies.end(), bodies_.begin(), bodies_.end()) &&
+      first_end_.size() == static_cast<std::size_t>(nodes) + 1;
   if (is_planned && read_directions(parallel_for)) return true;
-  return plan(std::move(bodies), nodes) && read_directions(parallel_for);
+  return plan(bodies, nodes) && read_directions(parallel_for);
 }
 
-bool SpringDamping::plan(std::vector<Body> bodies, int nodes) {
-  bodies_ = std::move(bodies);
+bool SpringDamping::plan(Span<const Body> bodies, int nodes) {
+  bodies_.assign(bodies.begin(), bodies.end());
   springs_.clear();
   first_end_.assign(static_cast<std::size_t>(nodes) + 1, 0);
   for (const Body& b : bodies_) {

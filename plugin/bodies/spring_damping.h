@@ -70,7 +70,7 @@ class SpringDamping {
       }
     }
   }
-  bool plan(std::vector<Body> bodies, int nodes);
+  bool plan(Span<const Body> bodies, int nodes);
   // Returns false if a spring differs from the plan, or has no direction.
   bool read_directions(const ParallelFor& parallel_for);
   bool read_direction(const btSoftBody::Link& link, const Spring& spring);

@@ -72,9 +72,9 @@ double largest_push(const Side& side, const Motion& motion) {
 }
 
 // By soft vertex: how far contacts move it in the step, metres.
-std::vector<Vector3d> find_displacements(const std::vector<const ContactRow*>& rows,
-                                         const Motion& motion) {
-  std::vector<Vector3d> displacements(motion.inverse_mass.size(), Vector3d::Zero());
+ScratchVector<Vector3d> find_displacements(const std::vector<const ContactRow*>& rows,
+                                           const Motion& motion) {
+  ScratchVector<Vector3d> displacements(motion.inverse_mass.size(), Vector3d::Zero());
   for (const ContactRow* const row : rows) {
     const Vector3d impulse = row->impulse();
     for (int k = 0; k < 4; ++k) {
@@ -89,9 +89,9 @@ std::vector<Vector3d> find_displacements(const std::vector<const ContactRow*>& r
 
 NodePushes find_node_pushes(const std::vector<const ContactRow*>& rows, const Motion& motion) {
   const std::size_t count = motion.rigid_of_body.size();
-  NodePushes pushes{std::vector<double>(count, 0), std::vector<double>(count, 0),
-                    std::vector<char>(count, 0)};
-  std::vector<Side> weighed;
+  NodePushes pushes{ScratchVector<double>(count, 0), ScratchVector<double>(count, 0),
+                    ScratchVector<char>(count, 0)};
+  ScratchVector<Side> weighed;
   for (const ContactRow* const row : rows) {
     if (row->normal_impulse == 0) continue;
     for_each_soft_side(*row, motion, [&](const Side& side) {
@@ -101,8 +101,8 @@ NodePushes find_node_pushes(const std::vector<const ContactRow*>& rows, const Mo
     });
   }
   if (weighed.empty()) return pushes;
-  const std::vector<Vector3d> displacements = find_displacements(rows, motion);
-  std::vector<double> impulses(count, 0), approaches(count, 0);
+  const ScratchVector<Vector3d> displacements = find_displacements(rows, motion);
+  ScratchVector<double> impulses(count, 0), approaches(count, 0);
   for (const Side& side : weighed) {
     Vector3d moved = Vector3d::Zero();
     double shortest_edge = std::numeric_limits<double>::max();

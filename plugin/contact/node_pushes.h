@@ -5,6 +5,7 @@
 
 #include "contact/contact_row.h"
 #include "motion/motion.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -13,14 +14,14 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// edge of the node.
 struct NodePushes {
   /// Of the node that one contact moves the farthest.
-  std::vector<double> largest;
+  ScratchVector<double> largest;
   /// Of contacts with weights: mean over their impulses of how far all contacts together move the
   /// contact point. A weight is a dynamic rigid body or link that is much heavier than the nodes,
   /// and that nothing rigid supports. Nodes between it and something else are hardly moved.
-  std::vector<double> by_weights;
+  ScratchVector<double> by_weights;
   /// Whether weights press, that is, approach the body by themselves and by gravity. A body that a
   /// joint holds, and on which the soft body lies, does not. Nor do jaws that grip it, or links.
-  std::vector<char> weights_press;
+  ScratchVector<char> weights_press;
 };
 
 /// `rows`: the contacts with impulses.

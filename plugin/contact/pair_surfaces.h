@@ -78,13 +78,13 @@ class PairSurfaces {
         untangling_speed_(options.untangling_speed) {}
 
   /// Sets the bodies of this step, by body index.
-  void update(std::vector<BodySurface> bodies) {
+  void update(Span<const BodySurface> bodies) {
     LAZYCCD_ASSERT(std::all_of(bodies.begin(), bodies.end(),
                                [](const BodySurface& body) {
                                  return body.margin >= 0 && std::isfinite(body.margin);
                                }),
                    "margins are finite and not negative");
-    bodies_ = std::move(bodies);
+    bodies_.assign(bodies.begin(), bodies.end());
     least_margin_ = least_soft_margin_ = std::numeric_limits<double>::infinity();
     for (const BodySurface& body : bodies_) {
       least_margin_ = std::min(least_margin_, body.margin);
@@ -95,17 +95,17 @@ class PairSurfaces {
   /// Sets the upper bounds of the thickness of each body's pairs, metres: what contacts are looked
   /// for within. A gap that a contact is to keep but that is not seen would be corrected and lost
   /// in turn. The bounds stay until the next call.
-  void limit_thickness(std::vector<double> limits) {
-    limits_ = std::move(limits);
+  void limit_thickness(Span<const double> limits) {
+    limits_.assign(limits.begin(), limits.end());
     least_limit_ = std::numeric_limits<double>::infinity();
     for (const double limit : limits_) least_limit_ = std::min(least_limit_, limit);
   }
 
   /// Sets the pairs of bodies that are being moved apart in this step. They have no friction.
   /// Smaller index first, sorted.
-  void set_moved_apart(std::vector<BodyPair> pairs) {
+  void set_moved_apart(Span<const BodyPair> pairs) {
     LAZYCCD_ASSERT(std::is_sorted(pairs.begin(), pairs.end()), "pairs to be parted are sorted");
-    moved_apart_ = std::move(pairs);
+    moved_apart_.assign(pairs.begin(), pairs.end());
   }
 
   /// Lower bound of the thickness of any pair of this body, metres; needs update() first.

@@ -31,7 +31,7 @@ class RowList {
   /// behind the rows that its pair has. Of those only made ones with an impulse stay. Other rows
   /// are dropped if they cannot act and are not made. So indices change.
   template <class Make>
-  void add(const std::vector<Contact>& contacts, const Make& make);
+  void add(Span<const Contact> contacts, const Make& make);
 
   std::size_t size() const { return entries_.size(); }
   bool is_made(std::size_t i) const { return entries_[i].made >= 0; }
@@ -102,7 +102,7 @@ class RowList {
 };
 
 template <class Make>
-void RowList::add(const std::vector<Contact>& contacts, const Make& make) {
+void RowList::add(Span<const Contact> contacts, const Make& make) {
   LAZYCCD_ASSERT(std::is_sorted(contacts.begin(), contacts.end()),
                  "contacts that become rows are in order");
   reserve(made_count_ + size() + contacts.size());

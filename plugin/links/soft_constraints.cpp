@@ -7,6 +7,7 @@
 
 #include "links/solve_order.h"
 #include "scene/soft_scene.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -17,7 +18,7 @@ using Solver = btSoftBody::ePSolver;
 // Nodes that anchors and rigid contacts move while positions are solved, besides the links. By node
 // index; negative if the node belongs to another body.
 struct MovedByOthers {
-  std::vector<int> anchored, in_contact;
+  ScratchVector<int> anchored, in_contact;
 
   explicit MovedByOthers(const btSoftBody& body) {
     for (int i = 0; i < body.m_anchors.size(); ++i)
@@ -31,10 +32,10 @@ struct MovedByOthers {
     return std::all_of(anchored.begin(), anchored.end(), is_own) &&
            std::all_of(in_contact.begin(), in_contact.end(), is_own);
   }
-  const std::vector<int>& by(Solver::_ solver) const {
-    static const std::vector<int> none;
+  Span<const int> by(Solver::_ solver) const {
     if (solver == Solver::Anchors) return anchored;
-    return solver == Solver::RContacts ? in_contact : none;
+    if (solver == Solver::RContacts) return in_contact;
+    return {};
   }
 };
 
@@ -86,7 +87,7 @@ void solve_positions(btSoftBody& body, const MovedByOthers& others, BodyLinks& l
   for (int k = 0; k < iterations; ++k) {
     for (int i = 0; i < sequence.size(); ++i) {
       if (sequence[i] == Solver::Linear) links.solve(1);
-      const std::vector<int>& nodes = others.by(sequence[i]);
+      const Span<const int> nodes = others.by(sequence[i]);
       if (nodes.empty()) continue;
       for (const int node : nodes) links.write(node);
       btSoftBody::getSolver(sequence[i])(&body, 1, static_cast<btScalar>(k) / iterations);
@@ -143,7 +144,7 @@ void SoftConstraints::solve(const Bodies& bodies, const ParallelFor& parallel_fo
 
 // Blocks begin at places in the world's list that do not depend on what the bodies do. So a body
 // that falls asleep changes no other block.
-void SoftConstraints::make_tasks(const Bodies& bodies, const std::vector<int>& parallel) {
+void SoftConstraints::make_tasks(const Bodies& bodies, Span<const int> parallel) {
   constexpr int links_of_block = 512;
   tasks_.clear();
   int links = 0, next = 0;  // links of the small bodies before the next one in the world
@@ -173,8 +174,9 @@ void SoftConstraints::make_tasks(const Bodies& bodies, const std::vector<int>& p
     block.indices.push_back(index);
   }
   // Most work first.
-  std::stable_sort(alone_.begin(), alone_.end(), [&](int a, int b) {
-    return bodies[a]->m_links.size() > bodies[b]->m_links.size();
+  std::sort(alone_.begin(), alone_.end(), [&](int a, int b) {
+    return std::make_pair(-bodies[a]->m_links.size(), a) <
+           std::make_pair(-bodies[b]->m_links.size(), b);
   });
   for (const int index : alone_) tasks_.push_back({nullptr, index});
 }

@@ -50,7 +50,7 @@ class SoftConstraints {
     bullets    ///< nothing: Bullet solves the links
   };
 
-  void make_tasks(const Bodies& bodies, const std::vector<int>& parallel);
+  void make_tasks(const Bodies& bodies, Span<const int> parallel);
   void solve_block(Block& block);
   static bool solve_together(Block& block);
   void solve_alone(btSoftBody& body, int index);

@@ -11,18 +11,18 @@
 #include <BulletSoftBody/btSoftBody.h>
 
 #include <cstdint>
-#include <vector>
 
 #include "lazyccd/bullet/precision.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 /// Active bodies, by index in the world.
 struct SolveOrder {
-  std::vector<int> serial;    ///< one after the other
-  std::vector<int> parallel;  ///< in any order; empty, or at least two, in ascending order
-  std::int64_t work = 0;      ///< links in `parallel`, times passes over them
+  ScratchVector<int> serial;    ///< one after the other
+  ScratchVector<int> parallel;  ///< in any order; empty, or at least two, in ascending order
+  std::int64_t work = 0;        ///< links in `parallel`, times passes over them
 };
 
 /// All active bodies one after the other.

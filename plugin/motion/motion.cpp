@@ -189,7 +189,7 @@ void Motion::anchor(std::int32_t soft_vertex, const AnchoredVertex& fixed) {
 void Motion::release(std::int32_t soft_vertex) {
   const AnchoredVertex* const found = anchored.find(soft_vertex);
   if (!found) return;
-  std::vector<std::int32_t>& of_body = rigid[found->rigid].anchored;
+  ScratchVector<std::int32_t>& of_body = rigid[found->rigid].anchored;
   of_body.erase(std::find(of_body.begin(), of_body.end(), soft_vertex));
   anchored.remove(soft_vertex);
 }

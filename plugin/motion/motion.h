@@ -15,6 +15,7 @@
 #include "motion/supports.h"
 #include "settings.h"
 #include "util/matrix.h"
+#include "util/scratch_vector.h"
 
 class btCollisionObject;
 
@@ -52,12 +53,12 @@ struct RigidMotion {
   /// A body that impulses move, and that the application moved before the step: its velocity does
   /// not tell how fast it moves.
   bool is_driven = false;
-  bool is_ball = false;                ///< its surface is a ball about its centre of mass
-  std::vector<std::int32_t> anchored;  ///< soft vertices that are anchored to it
+  bool is_ball = false;                  ///< its surface is a ball about its centre of mass
+  ScratchVector<std::int32_t> anchored;  ///< soft vertices that are anchored to it
   /// Link of a multibody: index in Motion::articulated. Otherwise -1. A link has no inverse mass of
   /// its own: its multibody has, and gives it `translation` and the like.
   int articulated = -1;
-  std::vector<Support> supports;  ///< where other rigid bodies support it
+  ScratchVector<Support> supports;  ///< where other rigid bodies support it
   /// How it moves while it is held at its supports, in place of inverse mass and inertia.
   std::optional<Mobility> supported_mobility;
   /// What impulses on it add to its velocity besides the changes above: the supports resist that,

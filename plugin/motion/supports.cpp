@@ -9,6 +9,7 @@
 #include "settings.h"
 #include "util/decompositions.h"
 #include "util/matrix.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -45,7 +46,7 @@ struct Hold {
   explicit Hold(const RigidMotion& body)
       : root(root_of_free_mobility(body)), directions(sum_over(body.supports)) {}
 
-  Mobility sum_over(const std::vector<Support>& supports) const {
+  Mobility sum_over(Span<const Support> supports) const {
     Mobility sum = Mobility::Zero();
     for (const Support& support : supports) {
       const Matrix<3, 6> held = held_by(support);
@@ -198,7 +199,7 @@ void hold_at_supports(RigidMotion& body) {
 bool leave_supports(RigidMotion& body, const Vector6d& impulse) {
   if (!body.supported_mobility) return false;
   const Reaction reaction(body, impulse);
-  std::vector<Support> kept;
+  ScratchVector<Support> kept;
   bool any = false;
   for (std::size_t i = 0; i < body.supports.size(); ++i) {
     Support support = body.supports[i];

@@ -1,12 +1,13 @@
 #include <BulletSoftBody/btSoftBodyInternals.h>
 
+#include <algorithm>
 #include <array>
-#include <map>
 #include <utility>
 
 #include "report/bullet_contact_lists.h"
 #include "report/contact_fields.h"
 #include "report/faces_of_nodes.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -68,13 +69,20 @@ void add_face_contact(const StepContact& contact, const FacesOfNodes& faces) {
 
 // Appends the contacts of faces with rigid bodies.
 void fill_face_contacts(Span<const StepContact> contacts) {
-  std::map<btSoftBody*, FacesOfNodes> faces;  // of the bodies that have such contacts
+  // Of the bodies that have such contacts, which are sorted by bodies.
+  ScratchVector<std::pair<btSoftBody*, FacesOfNodes>> faces;
   for (const StepContact& given : contacts) {
     if (btSoftBody::upcast(given.body_a) && btSoftBody::upcast(given.body_b)) continue;
     const StepContact contact = seen_from_soft(given);
     btSoftBody* const body = btSoftBody::upcast(contact.body_a);
     if (!has_face_contacts(*body)) continue;
-    add_face_contact(contact, faces.try_emplace(body, *body).first->second);
+    auto found = std::find_if(faces.rbegin(), faces.rend(),
+                              [body](const auto& of) { return of.first == body; });
+    if (found == faces.rend()) {
+      faces.emplace_back(body, *body);
+      found = faces.rbegin();
+    }
+    add_face_contact(contact, found->second);
   }
 }
 

@@ -14,7 +14,7 @@ FacesOfNodes::FacesOfNodes(btSoftBody& body)
   for_each_corner([this](std::size_t node, int) { ++first_[node + 1]; });
   for (std::size_t n = 1; n < first_.size(); ++n) first_[n] += first_[n - 1];
   faces_.resize(first_.back());
-  std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
+  ScratchVector<std::size_t> next(first_.begin(), first_.end() - 1);
   for_each_corner([&](std::size_t node, int face) { faces_[next[node]++] = face; });
 }
 

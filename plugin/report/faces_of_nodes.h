@@ -4,9 +4,9 @@
 #include <BulletSoftBody/btSoftBody.h>
 
 #include <cstddef>
-#include <vector>
 
 #include "lazyccd/bullet/precision.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -26,8 +26,8 @@ class FacesOfNodes {
 
   btSoftBody& body_;
   // faces_[first_[n]] up to faces_[first_[n + 1]]: the faces of node n.
-  std::vector<std::size_t> first_;
-  std::vector<int> faces_;
+  ScratchVector<std::size_t> first_;
+  ScratchVector<int> faces_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

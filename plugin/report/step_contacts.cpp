@@ -4,6 +4,7 @@
 
 #include "contact/contact_checks.h"
 #include "lazyccd/debug/assert.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -41,8 +42,8 @@ struct PairRows {
   std::size_t first, last;
 };
 
-std::vector<PairRows> rows_by_pair(const std::vector<const ContactRow*>& rows) {
-  std::vector<PairRows> pairs;
+ScratchVector<PairRows> rows_by_pair(const std::vector<const ContactRow*>& rows) {
+  ScratchVector<PairRows> pairs;
   pairs.reserve(rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (i == 0 || rows[i - 1]->contact < rows[i]->contact) pairs.push_back({i, i});
@@ -59,7 +60,7 @@ void make_step_contacts(const std::vector<const ContactRow*>& rows,
                         std::vector<StepContact>& contacts) {
   LAZYCCD_ASSERT(are_in_order(rows), "rows to report are in the order of their contacts");
   LAZYCCD_ASSERT(are_of(report_only_contacts, motion), "contacts to report are of the motion");
-  const std::vector<PairRows> pairs = rows_by_pair(rows);
+  const ScratchVector<PairRows> pairs = rows_by_pair(rows);
   contacts.resize(pairs.size() + report_only_contacts.size());
   const auto make = [&](std::size_t i) {
     if (i >= pairs.size())

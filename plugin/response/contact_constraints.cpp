@@ -51,7 +51,7 @@ void ContactConstraints::begin_step() {
 void ContactConstraints::clear_rows() {
   rows_.clear();
   has_links_ = false;
-  active_rows_.reset();
+  active_rows_are_current_ = false;
   islands_are_current_ = false;
   sweep_count_ = 0;
 }
@@ -63,8 +63,7 @@ RowIslands& ContactConstraints::islands(const Motion& motion) {
 }
 
 const std::vector<const ContactRow*>& ContactConstraints::active_rows() {
-  if (active_rows_) return *active_rows_;
-  std::vector<const ContactRow*>& found = active_rows_.emplace();
+  if (active_rows_are_current_) return active_rows_;
   constexpr std::size_t grain = 4096;
   // Rows of a pair are adjacent. A part begins with a pair.
   const auto begin_of_part = [this](std::size_t i) {
@@ -78,9 +77,11 @@ const std::vector<const ContactRow*>& ContactConstraints::active_rows() {
     for (std::size_t part = first_part; part < last_part; ++part)
       find_active_rows(begin_of_part(part * grain), begin_of_part((part + 1) * grain), parts[part]);
   });
-  for (const auto& part : parts) found.insert(found.end(), part.begin(), part.end());
-  LAZYCCD_ASSERT(are_in_order(found), "rows that acted are in the order of their contacts");
-  return found;
+  active_rows_.clear();
+  for (const auto& part : parts) active_rows_.insert(active_rows_.end(), part.begin(), part.end());
+  LAZYCCD_ASSERT(are_in_order(active_rows_), "rows that acted are in the order of their contacts");
+  active_rows_are_current_ = true;
+  return active_rows_;
 }
 
 void ContactConstraints::find_active_rows(std::size_t first, std::size_t last,
@@ -124,13 +125,13 @@ void ContactConstraints::forget() {
 }
 
 void ContactConstraints::take_near_contacts(const NearContacts& near, const Motion& motion) {
-  active_rows_.reset();
+  active_rows_are_current_ = false;
   islands_are_current_ = false;
   rows_.take(near, RowFactory(surfaces_, position_correction_, motion));
 }
 
 void ContactConstraints::warm_start() {
-  active_rows_.reset();
+  active_rows_are_current_ = false;
   if (last_impulses_.needs_match()) return;  // nothing was near
   const std::vector<LastImpulses::Pair>& pairs = last_impulses_.pairs();
   constexpr std::size_t grain = 512;
@@ -172,7 +173,7 @@ void ContactConstraints::warm_start() {
 }
 
 void ContactConstraints::cold_start(Motion& motion) {
-  active_rows_.reset();
+  active_rows_are_current_ = false;
   const RowIslands& all = islands(motion);
   for (std::size_t island = 0; island < all.count(); ++island) {
     if (!all.is_selected(island)) continue;
@@ -189,9 +190,9 @@ void ContactConstraints::cold_start(Motion& motion) {
 }
 
 template <class Make>
-void ContactConstraints::add_rows(const std::vector<Contact>& contacts, const Motion& motion,
+void ContactConstraints::add_rows(Span<const Contact> contacts, const Motion& motion,
                                   const Make& make) {
-  active_rows_.reset();
+  active_rows_are_current_ = false;
   islands_are_current_ = false;
   rows_.add(contacts, [&](const Contact& contact, ContactRow& row) {
     make(contact, row);
@@ -223,10 +224,10 @@ void ContactConstraints::add_penetrations(const std::vector<Contact>& contacts, 
   });
 }
 
-void ContactConstraints::add_links(const std::vector<LinkLimit>& links, const Motion& motion) {
+void ContactConstraints::add_links(Span<const LinkLimit> links, const Motion& motion) {
   if (links.empty()) return;
   has_links_ = true;
-  std::vector<Contact> contacts(links.size());
+  ScratchVector<Contact> contacts(links.size());
   std::transform(links.begin(), links.end(), contacts.begin(), contact_of);
   const RowFactory factory(surfaces_, position_correction_, motion);
   auto next = links.begin();
@@ -272,7 +273,7 @@ const std::vector<const ContactRow*>& ContactConstraints::loaded_rows() {
 }
 
 void ContactConstraints::narrow_gaps(double fraction, const Motion& motion) {
-  const std::vector<char> moves = find_prescribed_motion(motion);
+  const ScratchVector<char> moves = find_prescribed_motion(motion);
   const RowIslands& all = islands(motion);
   for (std::size_t island = 0; island < all.count(); ++island) {
     if (!all.is_selected(island) || !moves[island]) continue;
@@ -280,12 +281,12 @@ void ContactConstraints::narrow_gaps(double fraction, const Motion& motion) {
   }
 }
 
-std::vector<char> ContactConstraints::find_prescribed_motion(const Motion& motion) {
-  std::vector<char> body_moves(motion.rigid_of_body.size());
+ScratchVector<char> ContactConstraints::find_prescribed_motion(const Motion& motion) {
+  ScratchVector<char> body_moves(motion.rigid_of_body.size());
   for (std::size_t body = 0; body < body_moves.size(); ++body)
     body_moves[body] = motion.has_prescribed_motion(static_cast<std::int32_t>(body));
   const RowIslands& all = islands(motion);
-  std::vector<char> moves(all.count(), 0);
+  ScratchVector<char> moves(all.count(), 0);
   for (std::size_t island = 0; island < all.count(); ++island) {
     const Span<const std::int32_t> rows = all.rows_of(island);
     moves[island] = std::any_of(rows.begin(), rows.end(), [&](std::int32_t row) {
@@ -324,13 +325,13 @@ void ContactConstraints::solve_impulses_again(Motion& motion, int sweeps) {
 }
 
 void ContactConstraints::solve_set_up(Motion& motion, int sweeps) {
-  active_rows_.reset();
+  active_rows_are_current_ = false;
   sweep_count_ += solver_.solve(sweeps);
   solver_.write(motion);
 }
 
-std::vector<BodyPair> ContactConstraints::find_pressed_pairs(const Motion& motion) {
-  std::vector<BodyPair> pressed;
+ScratchVector<BodyPair> ContactConstraints::find_pressed_pairs(const Motion& motion) {
+  ScratchVector<BodyPair> pressed;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     if (!rows_.is_made(i)) continue;
     const ContactRow& row = rows_.made(i);
@@ -343,7 +344,7 @@ std::vector<BodyPair> ContactConstraints::find_pressed_pairs(const Motion& motio
   std::sort(pressed.begin(), pressed.end());
   pressed.erase(std::unique(pressed.begin(), pressed.end()), pressed.end());
   if (pressed.empty()) return pressed;
-  const std::vector<char> is_driven = find_prescribed_motion(motion);
+  const ScratchVector<char> is_driven = find_prescribed_motion(motion);
   const RowIslands& all = islands(motion);
   const auto is_in_driven_island = [&](const BodyPair& pair) {
     const std::int32_t island = std::max(all.of_body(pair[0]), all.of_body(pair[1]));
@@ -355,9 +356,9 @@ std::vector<BodyPair> ContactConstraints::find_pressed_pairs(const Motion& motio
 
 void ContactConstraints::solve_split_impulses(Motion& motion, int sweeps) {
   LAZYCCD_BT_PROFILE("solve split impulses");
-  active_rows_.reset();
+  active_rows_are_current_ = false;
   const RowIslands& all = islands(motion);
-  const std::vector<BodyPair> pressed = find_pressed_pairs(motion);
+  const ScratchVector<BodyPair> pressed = find_pressed_pairs(motion);
   split_solver_.set_up(rows_, all, motion, ContactSolver::Manner::full, pressed);
   sweep_count_ += split_solver_.solve(sweeps);
   split_solver_.write(motion);

@@ -14,7 +14,6 @@
 #pragma once
 
 #include <array>
-#include <optional>
 #include <vector>
 
 #include "contact/contact_row.h"
@@ -25,6 +24,7 @@
 #include "solver/contact_solver.h"
 #include "solver/row_islands.h"
 #include "util/matrix.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -78,7 +78,7 @@ class ContactConstraints {
   /// vertex out at `speed`, m/s, or at six times its depth a second if that is more.
   void add_penetrations(const std::vector<Contact>& contacts, double speed, const Motion& motion);
   /// Adds rows of links, with their impulses. `links` must be sorted by body and link, none twice.
-  void add_links(const std::vector<LinkLimit>& links, const Motion& motion);
+  void add_links(Span<const LinkLimit> links, const Motion& motion);
   /// Impulses of the links of the last step, sorted by body and link.
   const std::vector<LastLinkImpulse>& last_link_impulses() const { return last_link_impulses_; }
   /// Number of links whose rows have an impulse.
@@ -115,7 +115,7 @@ class ContactConstraints {
  private:
   /// As RowList::add().
   template <class Make>
-  void add_rows(const std::vector<Contact>& contacts, const Motion& motion, const Make& make);
+  void add_rows(Span<const Contact> contacts, const Motion& motion, const Make& make);
 
   void take_link_impulses();
   /// Calls visit(row) for each row of a link that has an impulse, in their order.
@@ -127,10 +127,10 @@ class ContactConstraints {
   /// Pairs of bodies of which a row has an impulse, the smaller index first; sorted. Not in islands
   /// in which anything of infinite mass moves: energy is not kept there in any case, and narrow
   /// gaps need all the room that they get.
-  std::vector<BodyPair> find_pressed_pairs(const Motion& motion);
+  ScratchVector<BodyPair> find_pressed_pairs(const Motion& motion);
   void narrow_gap(ContactRow& row, double fraction, const Motion& motion);
   /// By island: whether a body in its contacts has prescribed motion.
-  std::vector<char> find_prescribed_motion(const Motion& motion);
+  ScratchVector<char> find_prescribed_motion(const Motion& motion);
   /// The rest of solve_impulses(), once the problems are set up.
   void solve_set_up(Motion& motion, int sweeps);
 
@@ -145,8 +145,9 @@ class ContactConstraints {
   double position_correction_;
   Threads threads_;
   RowList rows_;
-  bool has_links_ = false;                                     // whether any row is that of a link
-  std::optional<std::vector<const ContactRow*>> active_rows_;  // none: rows changed since
+  bool has_links_ = false;                      // whether any row is that of a link
+  std::vector<const ContactRow*> active_rows_;  // result of active_rows()
+  bool active_rows_are_current_ = false;
   // Scratch memory of active_rows() and warm_start(), by part of their work.
   std::vector<std::vector<const ContactRow*>> active_parts_;
   std::vector<const ContactRow*> loaded_rows_;  // result of loaded_rows() if there are links

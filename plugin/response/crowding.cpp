@@ -8,9 +8,9 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-bool are_crowded(const std::vector<const Contact*>& contacts) {
+bool are_crowded(Span<const Contact* const> contacts) {
   if (contacts.size() < settings::rounds::min_crowded_contacts) return false;
-  std::vector<std::int32_t> vertices;
+  ScratchVector<std::int32_t> vertices;
   vertices.reserve(4 * contacts.size());
   for (const Contact* const contact : contacts)
     vertices.insert(vertices.end(), contact->vertices.begin(), contact->vertices.end());
@@ -34,7 +34,7 @@ bool Crowding::select_others(const std::vector<Contact>& contacts, RowIslands& i
 }
 
 void Crowding::add_round(const std::vector<Contact>& contacts, const RowIslands& islands) {
-  std::vector<std::int32_t>& now = counts_.emplace_back(given_up_.size(), 0);
+  ScratchVector<std::int32_t>& now = counts_.emplace_back(given_up_.size(), 0);
   for (const Contact& contact : contacts) {
     ++now[contact.body_a];
     ++now[contact.body_b];
@@ -42,14 +42,14 @@ void Crowding::add_round(const std::vector<Contact>& contacts, const RowIslands&
   if (counts_.size() <= settings::rounds::rounds_to_halve ||
       contacts.size() < settings::rounds::min_crowded_contacts)
     return;
-  const std::vector<std::int32_t>& before =
+  const ScratchVector<std::int32_t>& before =
       counts_[counts_.size() - 1 - settings::rounds::rounds_to_halve];
   struct Island {
     std::int64_t now = 0, before = 0;
-    std::vector<const Contact*> contacts;
+    ScratchVector<const Contact*> contacts;
     bool is_stuck = false;
   };
-  std::vector<Island> found(islands.count());
+  ScratchVector<Island> found(islands.count());
   const auto bodies = static_cast<std::int32_t>(given_up_.size());
   for (std::int32_t body = 0; body < bodies; ++body) {
     if (islands.of_body(body) < 0) continue;

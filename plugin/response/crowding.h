@@ -9,6 +9,7 @@
 
 #include "lazyccd/contact.h"
 #include "solver/row_islands.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -30,8 +31,8 @@ class Crowding {
   }
 
  private:
-  std::vector<std::vector<std::int32_t>> counts_;  // by round and body: contacts with the body
-  std::vector<char> given_up_;                     // by body that rows move
+  ScratchVector<ScratchVector<std::int32_t>> counts_;  // by round and body: contacts with the body
+  ScratchVector<char> given_up_;                       // by body that rows move
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

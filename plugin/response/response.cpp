@@ -14,6 +14,7 @@
 #include "response/velocities.h"
 #include "settings.h"
 #include "util/profile.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -127,12 +128,12 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
 
 void Response::hold_links_in_contact(const LinkSolver& links, Motion& motion) {
   const RowIslands& islands = constraints_.islands(motion);
-  std::vector<char> is_in_contact(motion.rigid_of_body.size(), 0);
+  ScratchVector<char> is_in_contact(motion.rigid_of_body.size(), 0);
   for (const ContactRow* const row : constraints_.active_rows())
     for (const std::int32_t body : {row->contact.body_a, row->contact.body_b})
       is_in_contact[body] = motion.rigid_of_body[body] < 0 && islands.of_body(body) >= 0 &&
                             islands.is_selected(static_cast<std::size_t>(islands.of_body(body)));
-  std::vector<std::int32_t> bodies;
+  ScratchVector<std::int32_t> bodies;
   for (std::size_t body = 0; body < is_in_contact.size(); ++body)
     if (is_in_contact[body]) bodies.push_back(static_cast<std::int32_t>(body));
   strain_limit_.hold(bodies, links, options_.solver_iterations, constraints_, motion);
@@ -189,7 +190,7 @@ void Response::solve_speculative(const NearContacts& near, const std::vector<Con
 }
 
 void Response::let_bodies_leave_supports(Motion& motion) {
-  const std::vector<int> left = leave_supports(constraints_.loaded_rows(), motion);
+  const ScratchVector<int> left = leave_supports(constraints_.loaded_rows(), motion);
   if (left.empty()) return;
   RowIslands& islands = constraints_.islands(motion);
   islands.select_none();
@@ -200,13 +201,13 @@ void Response::let_bodies_leave_supports(Motion& motion) {
 }
 
 bool Response::update_holds(const UpdateHolds& update, Motion& motion) {
-  std::vector<char> is_changed(motion.articulated.size()), is_beyond(motion.articulated.size());
+  ScratchVector<char> is_changed(motion.articulated.size()), is_beyond(motion.articulated.size());
   for (std::size_t a = 0; a < is_changed.size(); ++a) {
     const ArticulatedMotion::Changes changes = update(motion.articulated[a]);
     is_changed[a] = changes.any;
     is_beyond[a] = changes.any_beyond;
   }
-  const auto select = [&](const std::vector<char>& of) {
+  const auto select = [&](const ScratchVector<char>& of) {
     if (std::find(of.begin(), of.end(), 1) == of.end()) return false;
     RowIslands& islands = constraints_.islands(motion);
     islands.select_none();

@@ -5,6 +5,7 @@
 
 #include "contact/contact_checks.h"
 #include "motion/rotation.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -82,7 +83,7 @@ void damp_deformation(std::size_t body, double sticking, double rate, double res
 
 void damp_deformation(const std::vector<const ContactRow*>& rows, double rate, double rest_speed,
                       const Threads& threads, Motion& motion) {
-  std::vector<Load> loads(motion.rigid_of_body.size());
+  ScratchVector<Load> loads(motion.rigid_of_body.size());
   for (const ContactRow* const row : rows) {
     for (const std::int32_t body : {row->contact.body_a, row->contact.body_b}) {
       loads[body].all += row->normal_impulse;

@@ -7,6 +7,7 @@
 #include "response/contact_constraints.h"
 #include "response/velocities.h"
 #include "solver/contact_solver.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -57,12 +58,12 @@ double fraction_for(double without, double with_half, double with_all, double sp
 // Adds what `bounce` solved, as far as the energy of an island does not exceed that before the
 // contact.
 void add_within_energy(const Motion& bounce, const RowIslands& islands, Motion& motion) {
-  const std::vector<IslandEnergy> without = kinetic_energies(motion, islands);
+  const ScratchVector<IslandEnergy> without = kinetic_energies(motion, islands);
   const Fractions half(islands.count(), 0.5);
   add(half, bounce, islands, motion);
-  const std::vector<IslandEnergy> with_half = kinetic_energies(motion, islands);
+  const ScratchVector<IslandEnergy> with_half = kinetic_energies(motion, islands);
   add(half, bounce, islands, motion);
-  const std::vector<IslandEnergy> with_all = kinetic_energies(motion, islands);
+  const ScratchVector<IslandEnergy> with_all = kinetic_energies(motion, islands);
   Fractions rest(islands.count());
   for (std::size_t i = 0; i < rest.size(); ++i) {
     const double spare = std::max(0.0, without[i].before - without[i].after);

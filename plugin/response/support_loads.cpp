@@ -51,7 +51,7 @@ bool has_prescribed_nodes(const Contact& contact, const Motion& motion) {
 void hold_at_supports(const NearContacts& near, Motion& motion) {
   const auto is_supported = [](const RigidMotion& body) { return !body.supports.empty(); };
   if (std::none_of(motion.rigid.begin(), motion.rigid.end(), is_supported)) return;
-  std::vector<char> is_near(motion.rigid.size(), 0), is_prescribed(motion.rigid.size(), 0);
+  ScratchVector<char> is_near(motion.rigid.size(), 0), is_prescribed(motion.rigid.size(), 0);
   for (std::size_t i = 0; i < near.contacts.size(); ++i) {
     if (!near.estimates[i].can_act) continue;
     const Contact& contact = near.contacts[i];
@@ -66,8 +66,8 @@ void hold_at_supports(const NearContacts& near, Motion& motion) {
     if (is_near[i] != 0 && is_prescribed[i] == 0) hold_at_supports(motion.rigid[i]);
 }
 
-std::vector<int> leave_supports(const std::vector<const ContactRow*>& rows, Motion& motion) {
-  std::vector<int> left;
+ScratchVector<int> leave_supports(const std::vector<const ContactRow*>& rows, Motion& motion) {
+  ScratchVector<int> left;
   for (const auto& [rigid, impulse] : impulses_on_held(rows, motion)) {
     if (leave_supports(motion.rigid[rigid], impulse)) left.push_back(rigid);
   }

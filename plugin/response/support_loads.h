@@ -7,6 +7,7 @@
 #include "contact/near_contacts.h"
 #include "lazyccd/bullet/precision.h"
 #include "motion/motion.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -17,7 +18,7 @@ void hold_at_supports(const NearContacts& near, Motion& motion);
 
 /// Lets bodies leave the supports that the impulses of the rows pull them off. Returns these
 /// bodies, as sorted indices in Motion::rigid; they must be solved again.
-std::vector<int> leave_supports(const std::vector<const ContactRow*>& rows, Motion& motion);
+ScratchVector<int> leave_supports(const std::vector<const ContactRow*>& rows, Motion& motion);
 
 /// Sets RigidMotion::load_velocity and load_angular_velocity.
 void set_load_velocities(const std::vector<const ContactRow*>& rows, Motion& motion);

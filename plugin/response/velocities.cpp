@@ -48,8 +48,8 @@ double kinetic_energy_after(const Motion& motion) {
   return energy;
 }
 
-std::vector<IslandEnergy> kinetic_energies(const Motion& motion, const RowIslands& islands) {
-  std::vector<IslandEnergy> energies(islands.count());
+ScratchVector<IslandEnergy> kinetic_energies(const Motion& motion, const RowIslands& islands) {
+  ScratchVector<IslandEnergy> energies(islands.count());
   for (std::int32_t body = 0; body < static_cast<std::int32_t>(motion.rigid_of_body.size());
        ++body) {
     const std::int32_t island = islands.of_body(body);
@@ -81,7 +81,7 @@ std::vector<IslandEnergy> kinetic_energies(const Motion& motion, const RowIsland
 }
 
 bool select_with_energy_gain(const Motion& motion, RowIslands& islands) {
-  const std::vector<IslandEnergy> energies = kinetic_energies(motion, islands);
+  const ScratchVector<IslandEnergy> energies = kinetic_energies(motion, islands);
   islands.select_none();
   bool any = false;
   for (std::int32_t body = 0; body < static_cast<std::int32_t>(motion.rigid_of_body.size());

@@ -9,6 +9,7 @@
 #include "motion/motion.h"
 #include "response/islands.h"
 #include "solver/row_islands.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -23,7 +24,7 @@ struct IslandEnergy {
   double before = 0, after = 0;
 };
 /// By island of the rows.
-std::vector<IslandEnergy> kinetic_energies(const Motion& motion, const RowIslands& islands);
+ScratchVector<IslandEnergy> kinetic_energies(const Motion& motion, const RowIslands& islands);
 
 /// Selects the islands of the rows whose kinetic energy the response raises, and no others. Returns
 /// whether there are any.

@@ -183,8 +183,8 @@ void Obstacles::read_poses(const SoftBodies& bodies, double dt, WarningLog& warn
   poses_.end_step(broadphase_of(bodies), dt_, warnings);
 }
 
-std::vector<AxisBox> Obstacles::moving_bounds() const {
-  std::vector<AxisBox> boxes;
+Obstacles::Boxes Obstacles::moving_bounds() const {
+  Boxes boxes;
   for (const RigidPose* const followed : poses_.followed()) {
     const RigidPose& pose = *followed;
     const bool moves = !pose.at_rest && !(pose.start == pose.end);
@@ -213,7 +213,7 @@ bool Obstacles::has_read(const Boxes& swept) const {
 bool Obstacles::update_regions(const Boxes& swept, WarningLog& warnings) {
   const bool any_too_large = regions_.update(swept);
   poses_.follow(regions_.boxes(), warnings);
-  std::vector<Record> near;
+  next_records_.clear();
   for (const RigidPose* const followed : poses_.followed()) {
     const RigidPose& pose = *followed;
     const bool has_anchored_nodes =
@@ -222,13 +222,13 @@ bool Obstacles::update_regions(const Boxes& swept, WarningLog& warnings) {
     const bool is_near =
         overlaps_any(regions_.boxes(), bounds(pose)) && pose.object->hasContactResponse();
     if (!(has_anchored_nodes || is_near) || !pose.finite) continue;
-    near.push_back(record_of(pose));
-    near.back().has_anchored_nodes = has_anchored_nodes;
+    next_records_.push_back(record_of(pose));
+    next_records_.back().has_anchored_nodes = has_anchored_nodes;
   }
   const bool same_depth = read_depth_ == depth_;
-  bool is_unchanged = same_depth && near.size() == records_.size();
+  bool is_unchanged = same_depth && next_records_.size() == records_.size();
   auto old = records_.begin();
-  for (Record& record : near) {
+  for (Record& record : next_records_) {
     while (old != records_.end() && old->unique_id < record.unique_id) ++old;
     record.step = step_;
     const bool was_near = old != records_.end() && old->unique_id == record.unique_id;
@@ -251,7 +251,8 @@ bool Obstacles::update_regions(const Boxes& swept, WarningLog& warnings) {
     record.first_vertex = old->first_vertex;
     record.vertex_count = old->vertex_count;
   }
-  records_ = std::move(near);
+  records_.swap(next_records_);
+  next_records_.clear();
   return !(is_unchanged && has_read(swept));
 }
 
@@ -277,7 +278,7 @@ bool Obstacles::keeps_triangles(const Record& record, const Record& last) const 
          record.has_anchored_nodes == last.has_anchored_nodes;
 }
 
-AxisBox Obstacles::needed_region(const Record& record, const Boxes& boxes) const {
+AxisBox Obstacles::needed_region(const Record& record, Span<const AxisBox> boxes) const {
   const int type = record.shape->getShapeType();
   const AxisBox all{btVector3(record.box[0], record.box[1], record.box[2]),
                     btVector3(record.box[3], record.box[4], record.box[5])};

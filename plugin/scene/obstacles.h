@@ -17,6 +17,7 @@
 #include "scene/rigid_poses.h"
 #include "shapes/read_regions.h"
 #include "shapes/tessellation.h"
+#include "util/scratch_vector.h"
 #include "util/warning_log.h"
 
 namespace lazyccd::bullet {
@@ -25,7 +26,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 class Obstacles {
  public:
   using SoftBodies = btAlignedObjectArray<btSoftBody*>;
-  using Boxes = std::vector<AxisBox>;
+  using Boxes = ScratchVector<AxisBox>;
 
   /// One obstacle: a rigid body near the soft bodies, or one that nodes are anchored to.
   struct Record : RigidPose {
@@ -66,7 +67,7 @@ class Obstacles {
   void let_driven_jump(const AxisBox& box) { poses_.let_driven_jump(box); }
   /// Bounds, over the step, of the rigid bodies with contact response that move, are new or were
   /// put elsewhere.
-  std::vector<AxisBox> moving_bounds() const;
+  Boxes moving_bounds() const;
   /// Finds the rigid bodies near the soft ones. `swept`: bounds of each soft body's motion.
   /// `depth`: how deep inside round surfaces triangles may lie, metres; see tessellate(). Returns
   /// true if triangles must be read; call read_triangles() then.
@@ -107,7 +108,7 @@ class Obstacles {
 
  private:
   // Bounds, in the obstacle's frame, of the triangles that must be known for what is in `boxes`.
-  AxisBox needed_region(const Record& record, const Boxes& boxes) const;
+  AxisBox needed_region(const Record& record, Span<const AxisBox> boxes) const;
   void read_triangles(Record& record, const AxisBox& near, WarningLog& warnings) const;
   void append_triangles(Record& record);
   bool keeps_triangles(const Record& record, const Record& last) const;
@@ -121,6 +122,7 @@ class Obstacles {
   std::uint32_t step_ = 0;
   std::vector<const btCollisionObject*> anchor_objects_;  // with anchored nodes; sorted
   std::vector<Record> records_;                           // sorted by unique_id
+  std::vector<Record> next_records_;                      // scratch memory, empty
   ReadRegions regions_;                                   // world frame: triangles are read there
   std::set<int> read_whole_;                              // unique_id of obstacles
   double depth_ = 0;       // of update(): for the next reading of triangles, metres

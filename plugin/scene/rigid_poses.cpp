@@ -139,7 +139,7 @@ void RigidPoses::end_step(btBroadphaseInterface* broadphase, btScalar dt, Warnin
 }
 
 // Looks at each body, because Bullet's tree loses bodies once the bounds of one were not finite.
-void RigidPoses::follow(const std::vector<AxisBox>& boxes, WarningLog& warnings) {
+void RigidPoses::follow(Span<const AxisBox> boxes, WarningLog& warnings) {
   bool found_any = false;
   for (std::size_t i = 0; i < poses_.size(); ++i) {
     if (is_followed_[i] || !overlaps_any(boxes, bounds(poses_[i]))) continue;

@@ -75,7 +75,7 @@ class RigidPoses {
   void begin_step(btBroadphaseInterface* broadphase);
   void end_step(btBroadphaseInterface* broadphase, btScalar dt, WarningLog& warnings);
   /// After end_step(): also follows, in this step, the bodies at rest near one of the boxes.
-  void follow(const std::vector<AxisBox>& boxes, WarningLog& warnings);
+  void follow(Span<const AxisBox> boxes, WarningLog& warnings);
   /// The bodies to which nodes are anchored, sorted. Bullet moves these nodes at the start of a
   /// frame, so the bodies move with them then.
   void set_carriers(std::vector<const btCollisionObject*> carriers) {

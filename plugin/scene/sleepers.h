@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "shapes/axis_box.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -19,7 +20,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 class Sleepers {
  public:
   using Bodies = btAlignedObjectArray<btSoftBody*>;
-  using Boxes = std::vector<AxisBox>;
+  using Boxes = ScratchVector<AxisBox>;
 
   /// A soft body that takes part in the step.
   struct Member {

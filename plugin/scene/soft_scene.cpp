@@ -56,7 +56,7 @@ SoftScene::Fingerprint SoftScene::fingerprint(btSoftBody* body) const {
 
 bool SoftScene::update(const Sleepers& sleepers, WarningLog& warnings) {
   const std::vector<Sleepers::Member>& members = sleepers.members();
-  std::vector<Fingerprint> now;
+  ScratchVector<Fingerprint> now;
   now.reserve(members.size());
   for (const Sleepers::Member& member : members) now.push_back(fingerprint(member.body));
   const auto has_index = [](int index, const Sleepers::Member& m) {
@@ -80,7 +80,7 @@ bool SoftScene::update(const Sleepers& sleepers, WarningLog& warnings) {
   return true;
 }
 
-void SoftScene::find_changed(const std::vector<Fingerprint>& members) {
+void SoftScene::find_changed(Span<const Fingerprint> members) {
   auto last = fingerprints_.begin();
   const auto is_known = [&](const Fingerprint& member) {
     const auto is_same_body = [&member](const Fingerprint& f) { return f.body == member.body; };
@@ -133,7 +133,7 @@ bool SoftScene::update_filters(const std::vector<Sleepers::Member>& members) {
 
 // Uses several threads, because Bullet's nodes lie far apart in memory: one thread would wait for
 // memory most of the time.
-void SoftScene::for_each_range(const Threads& threads, const Visit& visit) const {
+void SoftScene::for_each_range(const Threads& threads, Visit visit) const {
   constexpr std::size_t grain = 2048;  // vertices: work that takes longer than waking a thread
   threads.parallel_for(
       static_cast<std::size_t>(vertex_count()), grain, [&](std::size_t begin, std::size_t end) {

@@ -23,6 +23,7 @@
 #include "scene/scene_topology.h"
 #include "scene/sleepers.h"
 #include "util/refused_pairs.h"
+#include "util/scratch_vector.h"
 #include "util/soft_body_nodes.h"
 #include "util/warning_log.h"
 
@@ -78,11 +79,10 @@ class SoftScene {
   bool was_pinned(std::int32_t vertex) const { return !(topology_.inverse_mass[vertex] > 0); }
   int node_index(std::int32_t vertex) const { return node_of_vertex_[vertex]; }
   /// Called with a range [first, last) of vertices of one body.
-  using Visit =
-      std::function<void(const BodyRecord& record, std::int32_t first, std::int32_t last)>;
+  using Visit = FunctionRef<void(const BodyRecord& record, std::int32_t first, std::int32_t last)>;
   /// Calls visit(record, first, last) for disjoint ranges that cover all vertices. Several threads
   /// may call it at the same time.
-  void for_each_range(const Threads& threads, const Visit& visit) const;
+  void for_each_range(const Threads& threads, Visit visit) const;
   /// Prefetches the node of a later vertex, for loops over a body's vertices. Bullet's nodes lie
   /// too far apart for the processor's own prefetcher.
   void prefetch_node(const BodyRecord& record, std::int32_t vertex) const {
@@ -120,7 +120,7 @@ class SoftScene {
   // True if filters changed. An application may answer otherwise at any time.
   bool update_filters(const std::vector<Sleepers::Member>& members);
   // Adds to changed_ the members that are not as they were when they last took part.
-  void find_changed(const std::vector<Fingerprint>& members);
+  void find_changed(Span<const Fingerprint> members);
   void rebuild(const std::vector<Sleepers::Member>& members, WarningLog& warnings);
   void add_body(btSoftBody* body, int world_index, WarningLog& warnings);
   /// Reads the primitives of a body, or takes those of the last rebuild() if it is unchanged.
@@ -130,7 +130,7 @@ class SoftScene {
   CollisionFlags flags_;
   RefusedPairs refused_pairs_;
   bool valid_ = false;
-  std::vector<Fingerprint> fingerprints_;                        // of the members
+  ScratchVector<Fingerprint> fingerprints_;                      // of the members
   std::vector<int> world_indices_;                               // of the members
   std::unordered_map<const btSoftBody*, Fingerprint> left_out_;  // when they last took part
   ExcludedBodies excluded_;

@@ -67,7 +67,7 @@ StepReader::Changes StepReader::read_members(const Bodies& bodies, const Fill& f
     obstacles_.read_triangles(starts_near_obstacles(), warnings_);
     changes.topology = true;
   }
-  const std::vector<char> placed_obstacles = find_placed_obstacles();
+  const ScratchVector<char> placed_obstacles = find_placed_obstacles();
   if (options_.untangling_speed > 0 &&
       read_meshes_around(changes.placed_bodies, placed_obstacles) &&
       obstacles_.update_regions(obstacle_boxes_, warnings_)) {
@@ -312,8 +312,8 @@ bool StepReader::gather_soft(const Fill& fill) {
   motion_.rate.resize(count);
   motion_.inverse_mass.resize(count);
   bounds_.assign(scene_.bodies().size(), AxisBox::empty());
-  std::vector<const btSoftBody*> pinned_elsewhere;
-  std::vector<std::int32_t> bad_vertices;
+  ScratchVector<const btSoftBody*> pinned_elsewhere;
+  ScratchVector<std::int32_t> bad_vertices;
   std::mutex mutex;
   scene_.for_each_range(
       threads_, [&](const SoftScene::BodyRecord& record, std::int32_t first, std::int32_t last) {
@@ -407,7 +407,7 @@ bool StepReader::may_meet(double distance) const {
   // Only bodies with a surface. Obstacles without one come last in bodies() and are not in
   // topology().
   const Span<const Body> filters = topology_.topology().bodies;
-  std::vector<std::size_t> order(filters.size());
+  ScratchVector<std::size_t> order(filters.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(), [this](std::size_t a, std::size_t b) {
     return bounds_[a].lower.x() < bounds_[b].lower.x();
@@ -435,9 +435,9 @@ Obstacles::Boxes StepReader::starts_near_obstacles() const {
 }
 
 // An obstacle that only comes near cannot start in a soft body.
-std::vector<char> StepReader::find_placed_obstacles() const {
+ScratchVector<char> StepReader::find_placed_obstacles() const {
   const std::vector<Obstacles::Record>& records = obstacles_.records();
-  std::vector<char> placed;
+  ScratchVector<char> placed;
   for (const Obstacles::Record& record : records) placed.push_back(previous_.is_new(record));
   if (std::none_of(placed.begin(), placed.end(), [](char is_placed) { return is_placed != 0; }))
     return placed;
@@ -453,7 +453,7 @@ std::vector<char> StepReader::find_placed_obstacles() const {
 }
 
 bool StepReader::read_meshes_around(const std::vector<std::int32_t>& placed_bodies,
-                                    const std::vector<char>& placed_obstacles) {
+                                    Span<const char> placed_obstacles) {
   const auto is_set = [](char placed) { return placed != 0; };
   if (placed_bodies.empty() &&
       std::none_of(placed_obstacles.begin(), placed_obstacles.end(), is_set))

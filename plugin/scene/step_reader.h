@@ -12,6 +12,7 @@
 #include "scene/sleepers.h"
 #include "scene/soft_scene.h"
 #include "scene/step_topology.h"
+#include "util/scratch_vector.h"
 #include "util/warning_log.h"
 
 namespace lazyccd::bullet {
@@ -155,11 +156,11 @@ class StepReader {
   Obstacles::Boxes starts_near_obstacles() const;
   // Obstacles that are new or were put elsewhere, and reach the soft bodies. By index in
   // Obstacles::records(): nonzero for these.
-  std::vector<char> find_placed_obstacles() const;
+  ScratchVector<char> find_placed_obstacles() const;
   // Reads the whole meshes around bodies that were placed, or that were placed around them. Returns
   // true if there are such meshes. `placed_bodies`: soft bodies; `placed_obstacles`: as above.
   bool read_meshes_around(const std::vector<std::int32_t>& placed_bodies,
-                          const std::vector<char>& placed_obstacles);
+                          Span<const char> placed_obstacles);
   bool may_be_inside(const SoftScene::BodyRecord& body, const Obstacles::Record& obstacle) const;
   // The least thickness of contacts with coordinates up to `farthest`, metres.
   double needed_thickness(btScalar farthest) const;

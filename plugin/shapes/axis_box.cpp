@@ -24,7 +24,7 @@ AxisBox AxisBox::transformed(const btTransform& pose) const {
   return result;
 }
 
-bool overlaps_any(const std::vector<AxisBox>& boxes, const AxisBox& box) {
+bool overlaps_any(Span<const AxisBox> boxes, const AxisBox& box) {
   return std::any_of(boxes.begin(), boxes.end(),
                      [&box](const AxisBox& other) { return other.overlaps(box); });
 }

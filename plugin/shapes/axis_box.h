@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "lazyccd/bullet/precision.h"
+#include "lazyccd/span.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -36,7 +37,7 @@ struct AxisBox {
 };
 
 /// Whether one of `boxes` overlaps `box`.
-bool overlaps_any(const std::vector<AxisBox>& boxes, const AxisBox& box);
+bool overlaps_any(Span<const AxisBox> boxes, const AxisBox& box);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

@@ -49,14 +49,14 @@ AxisBox enlarged(const AxisBox& box) {
   return box.expanded(btScalar(0.25) * size + btVector3(spare, spare, spare));
 }
 
-AxisBox bounds_of_overlapping(const std::vector<AxisBox>& boxes, const AxisBox& box) {
+AxisBox bounds_of_overlapping(Span<const AxisBox> boxes, const AxisBox& box) {
   AxisBox bounds = AxisBox::empty();
   for (const AxisBox& other : boxes)
     if (other.overlaps(box)) bounds.add(other);
   return bounds;
 }
 
-bool ReadRegions::suffice(const std::vector<AxisBox>& needed) {
+bool ReadRegions::suffice(Span<const AxisBox> needed) {
   needed_.assign(boxes_.size(), AxisBox::empty());
   bool all_inside = true;
   for (const AxisBox& box : needed) {
@@ -72,7 +72,7 @@ bool ReadRegions::suffice(const std::vector<AxisBox>& needed) {
   return all_inside;
 }
 
-bool ReadRegions::update(const std::vector<AxisBox>& needed) {
+bool ReadRegions::update(Span<const AxisBox> needed) {
   if (suffice(needed)) return false;
   std::vector<Group> groups;
   bool any_too_large = false;
@@ -83,14 +83,14 @@ bool ReadRegions::update(const std::vector<AxisBox>& needed) {
     groups.push_back({needed_[i], is_too_large ? AxisBox::empty() : boxes_[i]});
   }
   for (const AxisBox& box : needed)
-    if (!contain({box})) add(box, groups);
+    if (!contain({&box, 1})) add(box, groups);
   boxes_.clear();
   for (const Group& group : groups)
     boxes_.push_back(group.region.is_empty() ? enlarged(group.needed) : group.region);
   return any_too_large;
 }
 
-bool ReadRegions::contain(const std::vector<AxisBox>& needed) const {
+bool ReadRegions::contain(Span<const AxisBox> needed) const {
   return std::all_of(needed.begin(), needed.end(), [this](const AxisBox& box) {
     return std::any_of(boxes_.begin(), boxes_.end(),
                        [&box](const AxisBox& region) { return region.contains(box); });

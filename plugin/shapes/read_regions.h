@@ -16,19 +16,19 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// longest side.
 AxisBox enlarged(const AxisBox& box);
 /// Bounds of those boxes that overlap `box`.
-AxisBox bounds_of_overlapping(const std::vector<AxisBox>& boxes, const AxisBox& box);
+AxisBox bounds_of_overlapping(Span<const AxisBox> boxes, const AxisBox& box);
 
 class ReadRegions {
  public:
   /// Changes the regions so that each of `needed` lies in one. Returns true if one was replaced
   /// that was far larger than what is needed of it.
-  bool update(const std::vector<AxisBox>& needed);
-  bool contain(const std::vector<AxisBox>& needed) const;
+  bool update(Span<const AxisBox> needed);
+  bool contain(Span<const AxisBox> needed) const;
   const std::vector<AxisBox>& boxes() const { return boxes_; }
 
  private:
   // True if no region has to change. Sets needed_.
-  bool suffice(const std::vector<AxisBox>& needed);
+  bool suffice(Span<const AxisBox> needed);
 
   std::vector<AxisBox> boxes_;
   std::vector<AxisBox> needed_;  // of each region: what lies in it

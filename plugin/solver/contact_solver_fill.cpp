@@ -114,8 +114,8 @@ void ContactSolver::fill(RowBlock& block, const RowBatches::Batch& rows, RowBatc
     return a.translation < b.translation;
   };
   const auto first_term = block.terms.begin() + batch.first_term;
-  if (!std::is_sorted(first_term, block.terms.end(), is_before))
-    std::stable_sort(first_term, block.terms.end(), is_before);
+  for (auto term = first_term; term != block.terms.end(); ++term)  // insertion sort of a few
+    std::rotate(std::upper_bound(first_term, term, *term, is_before), term, term + 1);
   for (int lane = 0; lane < RowBatch::lanes && rows[lane] != RowBatches::none; ++lane)
     fill(batch, lane, problems_[block.island], (*rows_)[rows[lane]], extra_normal[lane],
          extra_tangent[lane], needs_[rows[lane]], copy_of);

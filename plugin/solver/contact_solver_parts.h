@@ -9,6 +9,7 @@
 #include "solver/contact_solver.h"
 #include "util/box.h"
 #include "util/matrix.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -107,9 +108,9 @@ class ContactSolver::NewBlocks {
   std::size_t first_ = 0;
   Indices& rows_;
   const std::vector<RowsByIsland::Part>& parts_;
-  std::vector<Piece> pieces_;
+  ScratchVector<Piece> pieces_;
   std::vector<Box>& boxes_;           // by piece
-  std::vector<Box> part_boxes_;       // by part
+  ScratchVector<Box> part_boxes_;     // by part
   std::vector<std::uint64_t>& keys_;  // of the rows: place in space, and row
 };
 

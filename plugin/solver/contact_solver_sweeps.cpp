@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "solver/contact_solver_parts.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -310,7 +311,7 @@ class ContactSolver::Sweeps {
   const Stage& stage() const { return s_.stages_[static_cast<std::size_t>(stage_)]; }
 
   ContactSolver& s_;
-  std::vector<Island> islands_;
+  ScratchVector<Island> islands_;
   Phase phase_ = Phase::sweep;
   int sweep_ = 1, stage_ = -1;
   NewBlocks added_;

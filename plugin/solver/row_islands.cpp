@@ -5,14 +5,15 @@
 #include "lazyccd/debug/assert.h"
 #include "motion/articulated_motion.h"
 #include "util/disjoint_sets.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
 // By index in Motion::rigid: the body.
-std::vector<std::int32_t> bodies_of_rigid(const Motion& motion) {
-  std::vector<std::int32_t> bodies(motion.rigid.size(), -1);
+ScratchVector<std::int32_t> bodies_of_rigid(const Motion& motion) {
+  ScratchVector<std::int32_t> bodies(motion.rigid.size(), -1);
   for (std::size_t body = 0; body < motion.rigid_of_body.size(); ++body) {
     const int rigid = motion.rigid_of_body[body];
     if (rigid >= 0) bodies[rigid] = static_cast<std::int32_t>(body);
@@ -52,7 +53,7 @@ void RowIslands::find(const RowList& rows, const Motion& motion, const Threads& 
     const int rigid = motion.rigid_of_body[body];
     return rigid < 0 || motion.rigid[rigid].is_movable();
   };
-  const std::vector<std::int32_t> body_of_rigid = bodies_of_rigid(motion);
+  const ScratchVector<std::int32_t> body_of_rigid = bodies_of_rigid(motion);
   // Contacts of an anchored vertex push the body that it is anchored to.
   for (const auto& [vertex, anchored] : motion.anchored)
     sets.join(body_of_vertex(vertex, motion), body_of_rigid[anchored.rigid]);
@@ -83,7 +84,7 @@ void RowIslands::find(const RowList& rows, const Motion& motion, const Threads& 
   });
   for (const Chunk& chunk : chunks_)
     for (const auto& [a, b] : chunk.joins) sets.join(a, b);
-  std::vector<std::int32_t> set_of_body(sets.size());
+  ScratchVector<std::int32_t> set_of_body(sets.size());
   for (std::size_t body = 0; body < sets.size(); ++body)
     set_of_body[body] = sets.find(static_cast<std::int32_t>(body));
 
@@ -96,8 +97,8 @@ void RowIslands::find(const RowList& rows, const Motion& motion, const Threads& 
       ++chunk.runs.back().count;
     }
   });
-  std::vector<std::int32_t> island_of_set(sets.size(), -1);
-  std::vector<std::size_t> counts;
+  ScratchVector<std::int32_t> island_of_set(sets.size(), -1);
+  ScratchVector<std::size_t> counts;
   for (Chunk& chunk : chunks_) {
     for (Run& run : chunk.runs) {
       std::int32_t& island = island_of_set[run.set];

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <functional>
 
 #include "lazyccd/debug/assert.h"
 #include "lazyccd/debug/stopwatch.h"
@@ -15,6 +16,7 @@
 #include "untangling/pair_rules.h"
 #include "untangling/penetrations.h"
 #include "util/profile.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -54,7 +56,7 @@ Pipeline::Pipeline(const CheckedOptions& checked, WorldKind world)
 }
 
 void Pipeline::update_surfaces() {
-  std::vector<BodySurface> bodies;
+  ScratchVector<BodySurface> bodies;
   bodies.reserve(topology().bodies().size());
   for (const StepTopology::BodyRecord& body : topology().bodies()) {
     if (body.soft) {
@@ -66,7 +68,7 @@ void Pipeline::update_surfaces() {
       bodies.push_back({body.margin, static_cast<double>(body.object->getFriction()), false});
     }
   }
-  surfaces_.update(std::move(bodies));
+  surfaces_.update(bodies);
 }
 
 bool Pipeline::handle_pair(btSoftBody* a, btSoftBody* b) noexcept {
@@ -225,7 +227,7 @@ void Pipeline::finish_step() {
   detector_.add_to(step_);
 }
 
-void Pipeline::write(const SoftScene::Visit& visit) {
+void Pipeline::write(SoftScene::Visit visit) {
   LAZYCCD_BT_PROFILE("write");
   Stopwatch watch;
   scene().for_each_range(threads_, visit);
@@ -289,8 +291,9 @@ NearContacts Pipeline::find_near_contacts() {
            !(any_sleeps && reader_.is_at_rest(contact.body_a) &&
              reader_.is_at_rest(contact.body_b));
   };
-  return detector_.detect_near(response_.last_impulses(),
-                               any_passes || any_sleeps ? may_act : StepDetector::MayAct());
+  return detector_.detect_near(
+      response_.last_impulses(),
+      any_passes || any_sleeps ? StepDetector::MayAct(std::cref(may_act)) : StepDetector::MayAct());
 }
 
 void Pipeline::set_topology(const std::vector<std::int32_t>& changed_bodies) {

@@ -76,7 +76,7 @@ class Pipeline {
   const Threads& threads() const { return threads_; }
   /// Calls visit(record, first, last), which writes nodes, as in SoftScene::for_each_range(). Adds
   /// the time to StepStats::ms_write.
-  void write(const SoftScene::Visit& visit);
+  void write(SoftScene::Visit visit);
   /// Wakes the soft bodies that the response moved.
   void wake_moved() const;
   /// Writes poses and velocities of the dynamic bodies that the response changed, and wakes them.

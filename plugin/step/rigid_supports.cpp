@@ -3,20 +3,19 @@
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 
 #include <algorithm>
+#include <functional>
 #include <limits>
-#include <unordered_map>
-#include <vector>
+#include <utility>
 
 #include "scene/rigid_poses.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// Contacts from a body to the nearest body that impulses do not move. Bodies that none leads to are
-// not in it.
-using Levels = std::unordered_map<const btCollisionObject*, int>;
-using Manifolds = std::vector<const btPersistentManifold*>;
+using Object = const btCollisionObject*;
+using Manifolds = ScratchVector<const btPersistentManifold*>;
 
 bool carries_load(const btPersistentManifold& manifold) {
   for (int i = 0; i < manifold.getNumContacts(); ++i)
@@ -25,7 +24,7 @@ bool carries_load(const btPersistentManifold& manifold) {
 }
 
 // `islands`: Bullet's tags of those that count, sorted. Static bodies are in none.
-Manifolds loaded_manifolds(btDispatcher& dispatcher, const std::vector<int>& islands) {
+Manifolds loaded_manifolds(btDispatcher& dispatcher, Span<const int> islands) {
   const auto counts = [&islands](const btCollisionObject& object) {
     return std::binary_search(islands.begin(), islands.end(), object.getIslandTag());
   };
@@ -40,26 +39,63 @@ Manifolds loaded_manifolds(btDispatcher& dispatcher, const std::vector<int>& isl
   return loaded;
 }
 
-// Breadth first, from static and kinematic bodies upward.
-Levels find_levels(const Manifolds& loaded) {
-  std::unordered_map<const btCollisionObject*, std::vector<const btCollisionObject*>> neighbours;
-  Levels levels;
-  std::vector<const btCollisionObject*> next;
-  const auto add = [&](const btCollisionObject* object, const btCollisionObject* neighbour) {
-    neighbours[object].push_back(neighbour);
-    if (!is_movable(*object) && levels.insert({object, 0}).second) next.push_back(object);
-  };
-  for (const btPersistentManifold* const manifold : loaded) {
-    add(manifold->getBody0(), manifold->getBody1());
-    add(manifold->getBody1(), manifold->getBody0());
+// How many contacts lead from a body to the nearest one that impulses do not move.
+class Levels {
+ public:
+  explicit Levels(const Manifolds& loaded) {
+    for (const btPersistentManifold* const manifold : loaded) {
+      neighbours_.push_back({manifold->getBody0(), manifold->getBody1()});
+      neighbours_.push_back({manifold->getBody1(), manifold->getBody0()});
+    }
+    std::sort(neighbours_.begin(), neighbours_.end(), is_before);
+    for (const Pair& pair : neighbours_)
+      if (objects_.empty() || objects_.back() != pair.first) objects_.push_back(pair.first);
+    levels_.assign(objects_.size(), none);
+    find();
   }
-  for (std::size_t i = 0; i < next.size(); ++i) {
-    const int level = levels.at(next[i]) + 1;
-    for (const btCollisionObject* const above : neighbours.at(next[i]))
-      if (levels.insert({above, level}).second) next.push_back(above);
+
+  /// `none` for a body from which no contacts lead there.
+  int of(Object object) const {
+    const auto found = std::lower_bound(objects_.begin(), objects_.end(), object, std::less<>());
+    return found != objects_.end() && *found == object ? levels_[index_of(found)] : none;
   }
-  return levels;
-}
+
+ private:
+  using Pair = std::pair<Object, Object>;
+  using Objects = ScratchVector<Object>;
+  static constexpr int none = std::numeric_limits<int>::max();
+
+  static bool is_before(const Pair& x, const Pair& y) { return std::less<>()(x.first, y.first); }
+  std::size_t index_of(Objects::const_iterator object) const {
+    return static_cast<std::size_t>(object - objects_.begin());
+  }
+
+  // Breadth first, from static and kinematic bodies upward.
+  void find() {
+    Objects next;
+    for (auto object = objects_.begin(); object != objects_.end(); ++object) {
+      if (is_movable(**object)) continue;
+      levels_[index_of(object)] = 0;
+      next.push_back(*object);
+    }
+    for (std::size_t i = 0; i < next.size(); ++i) {
+      const int level = of(next[i]) + 1;
+      const auto range = std::equal_range(neighbours_.begin(), neighbours_.end(),
+                                          Pair(next[i], nullptr), is_before);
+      for (auto pair = range.first; pair != range.second; ++pair) {
+        const auto above =
+            std::lower_bound(objects_.cbegin(), objects_.cend(), pair->second, std::less<>());
+        if (levels_[index_of(above)] != none) continue;
+        levels_[index_of(above)] = level;
+        next.push_back(*above);
+      }
+    }
+  }
+
+  ScratchVector<Pair> neighbours_;  // bodies that touch, in both orders; sorted
+  Objects objects_;                 // sorted
+  ScratchVector<int> levels_;       // by object
+};
 
 // `sign`: -1 if the body is the manifold's second one, as its normals point to the first one.
 void add_supports(const btPersistentManifold& manifold, double sign, double dt, RigidMotion& body) {
@@ -83,28 +119,29 @@ void add_supports(const btPersistentManifold& manifold, double sign, double dt, 
 }  // namespace
 
 void find_supports(btDispatcher& dispatcher, Motion& motion) {
-  std::unordered_map<const btCollisionObject*, RigidMotion*> bodies;
-  std::vector<int> islands;
+  ScratchVector<std::pair<Object, RigidMotion*>> bodies;
+  ScratchVector<int> islands;
   for (RigidMotion& body : motion.rigid) {
     body.supports.clear();
     body.supported_mobility.reset();
     if (!body.is_dynamic()) continue;
-    bodies.insert({body.object, &body});
+    bodies.push_back({body.object, &body});
     islands.push_back(body.object->getIslandTag());
   }
   if (bodies.empty()) return;
+  std::sort(bodies.begin(), bodies.end(),
+            [](const auto& x, const auto& y) { return std::less<>()(x.first, y.first); });
   std::sort(islands.begin(), islands.end());
   const Manifolds loaded = loaded_manifolds(dispatcher, islands);
-  const Levels levels = find_levels(loaded);
-  const auto level_of = [&levels](const btCollisionObject* object) {
-    const auto found = levels.find(object);
-    return found == levels.end() ? std::numeric_limits<int>::max() : found->second;
-  };
+  const Levels levels(loaded);
   for (const btPersistentManifold* const manifold : loaded) {
-    const btCollisionObject *first = manifold->getBody0(), *second = manifold->getBody1();
-    const int first_level = level_of(first), second_level = level_of(second);
-    const auto body = bodies.find(first_level > second_level ? first : second);
-    if (first_level == second_level || body == bodies.end()) continue;
+    const Object first = manifold->getBody0(), second = manifold->getBody1();
+    const int first_level = levels.of(first), second_level = levels.of(second);
+    const Object above = first_level > second_level ? first : second;
+    const auto body = std::lower_bound(
+        bodies.begin(), bodies.end(), above,
+        [](const auto& entry, Object object) { return std::less<>()(entry.first, object); });
+    if (first_level == second_level || body == bodies.end() || body->first != above) continue;
     add_supports(*manifold, first_level > second_level ? 1 : -1, motion.dt, *body->second);
   }
 }

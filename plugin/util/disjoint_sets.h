@@ -5,9 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
-#include <vector>
 
 #include "lazyccd/bullet/precision.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -42,7 +42,7 @@ class DisjointSets {
   }
 
  private:
-  std::vector<std::int32_t> parent_;
+  ScratchVector<std::int32_t> parent_;
   std::size_t count_;
 };
 

@@ -15,6 +15,7 @@
 #include "report/bullet_contact_lists.h"
 #include "step/pipeline.h"
 #include "util/profile.h"
+#include "util/scratch_vector.h"
 #include "world/soft_body_dbvt.h"
 
 namespace lazyccd::bullet {
@@ -265,7 +266,7 @@ void btLazyDeformableBodySolver::setConstraints(const btContactSolverInfo& info)
 void btLazyDeformableBodySolver::solveDeformableConstraints(btScalar solverdt) {
   forget_old_contacts();  // of bodies that Bullet's islands woke
   // Forces must not act on such a body if the solver skips it: its nodes have no numbers.
-  std::vector<std::pair<btSoftBody*, int>> woken;
+  ScratchVector<std::pair<btSoftBody*, int>> woken;
   for (int i = 0; !skipped_.empty() && i < all_bodies_.size(); ++i) {
     btSoftBody* const body = all_bodies_[i];
     if (!body->isActive() || !skips(*body)) continue;
@@ -279,7 +280,7 @@ void btLazyDeformableBodySolver::solveDeformableConstraints(btScalar solverdt) {
 
 void btLazyDeformableBodySolver::solve_momentum_equation(btScalar time_step) {
   LAZYCCD_BT_PROFILE("momentum equation");
-  std::vector<int> lost;
+  ScratchVector<int> lost;
   for (const ExcludedBody& excluded : pipeline_->excluded_bodies()) {
     const int body = m_softBodies.findLinearSearch(excluded.body);
     if (body < m_softBodies.size()) lost.push_back(body);

@@ -8,6 +8,7 @@
 
 #include "bodies/side_by_side.h"
 #include "util/disjoint_sets.h"
+#include "util/scratch_vector.h"
 #include "util/soft_body_nodes.h"
 
 namespace lazyccd::bullet {
@@ -105,7 +106,7 @@ void SoftBodyDbvt::begin_prediction(Bodies& bodies, int request_flag, bool bulle
 }
 
 void SoftBodyDbvt::hide_nodes(Bodies& bodies) {
-  std::vector<btSoftBody*> left_out;
+  ScratchVector<btSoftBody*> left_out;
   for (int i = 0; i < bodies.size(); ++i) {
     // When Bullet builds the face tree, it also builds the node tree again.
     if (bodies[i]->m_bUpdateRtCst && (bodies[i]->m_cfg.collisions & request_flag_)) continue;
@@ -113,7 +114,7 @@ void SoftBodyDbvt::hide_nodes(Bodies& bodies) {
     bodies[i]->m_ndbvt.m_root = nullptr;
     left_out.push_back(bodies[i]);
   }
-  leave_out_nodes(std::move(left_out));
+  leave_out_nodes(left_out);
 }
 
 void SoftBodyDbvt::end_prediction() {

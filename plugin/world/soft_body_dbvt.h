@@ -28,8 +28,8 @@ class SoftBodyDbvt {
   /// Also hides the node trees until end_prediction(), so that Bullet does not update them.
   void hide_nodes(Bodies& bodies);
   /// Says that a prediction updates the node trees of these bodies only when Bullet reads them.
-  void leave_out_nodes(std::vector<btSoftBody*> bodies) {
-    left_out_ = std::move(bodies);
+  void leave_out_nodes(Span<btSoftBody* const> bodies) {
+    left_out_.assign(bodies.begin(), bodies.end());
     outdated_node_trees_.clear();
   }
   /// Restores the flags and trees. Call after Bullet's prediction.

@@ -4,9 +4,7 @@
 #include <BulletSoftBody/btSoftBody.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
 #include <typeinfo>
 #include <utility>
 #include <vector>
@@ -19,7 +17,9 @@
 #include "settings.h"
 #include "step/pipeline.h"
 #include "util/profile.h"
+#include "util/scratch_vector.h"
 #include "util/soft_body_nodes.h"
+#include "world/scene_links.h"
 #include "world/soft_body_dbvt.h"
 
 namespace lazyccd::bullet {
@@ -45,25 +45,6 @@ LinkSolver::Again links_again(const btSoftBody& body) {
   return is_cloth ? LinkSolver::Again::under_weight : LinkSolver::Again::where_pushed;
 }
 
-std::vector<LinkSolver::Link> read_links(const SoftScene& scene, std::int32_t index) {
-  const SoftScene::BodyRecord& record = scene.bodies()[index];
-  const btSoftBody& body = *record.body;
-  std::vector<std::int32_t> vertex_of(static_cast<std::size_t>(body.m_nodes.size()), -1);
-  for (std::int32_t v = record.first_vertex; v < record.first_vertex + record.vertex_count; ++v)
-    vertex_of[static_cast<std::size_t>(scene.node_index(v))] = v;
-  std::vector<LinkSolver::Link> links;
-  for (int i = 0; i < body.m_links.size(); ++i) {
-    const btSoftBody::Link& link = body.m_links[i];
-    const int a = index_of(body, link.m_n[0]), b = index_of(body, link.m_n[1]);
-    if (link.m_bbending || a < 0 || b < 0) continue;
-    const std::array<std::int32_t, 2> vertices = {vertex_of[static_cast<std::size_t>(a)],
-                                                  vertex_of[static_cast<std::size_t>(b)]};
-    if (vertices[0] >= 0 && vertices[1] >= 0)
-      links.push_back({vertices, static_cast<double>(link.m_rl)});
-  }
-  return links;
-}
-
 }  // namespace
 
 btLazySoftBodySolver::btLazySoftBodySolver(const SolverOptions& options)
@@ -71,6 +52,7 @@ btLazySoftBodySolver::btLazySoftBodySolver(const SolverOptions& options)
       dbvt_(std::make_unique<SoftBodyDbvt>()),
       side_by_side_(std::make_unique<SideBySide>(pipeline_->threads())),
       normals_(std::make_unique<Normals>()),
+      scene_links_(std::make_unique<SceneLinks>()),
       constraints_(std::make_unique<SoftConstraints>()) {}
 
 btLazySoftBodySolver::~btLazySoftBodySolver() = default;
@@ -120,7 +102,7 @@ void btLazySoftBodySolver::predict(btScalar time_step) {
   const auto needs_trees = [needs_nodes](const btSoftBody& body) {
     return needs_nodes || body.m_bUpdateRtCst || !body.m_fdbvt.empty();
   };
-  std::vector<btSoftBody*> without_trees;
+  ScratchVector<btSoftBody*> without_trees;
   for (int i = 0; i < m_softBodySet.size() && !needs_nodes; ++i) {
     btSoftBody* const body = m_softBodySet[i];
     if (!body->isActive() || !needs_trees(*body)) without_trees.push_back(body);
@@ -132,7 +114,7 @@ void btLazySoftBodySolver::predict(btScalar time_step) {
       predict_without_trees(body, time_step);
     }
   });
-  dbvt_->leave_out_nodes(std::move(without_trees));
+  dbvt_->leave_out_nodes(without_trees);
 }
 
 void btLazySoftBodySolver::processCollision(btSoftBody* body,
@@ -177,27 +159,23 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
       motion.rate[v] = rate;
     }
   };
-  ends_.assign(starts_.size(), {});
+  ends_.resize(starts_.size());
+  for (std::vector<btVector3>& ends : ends_) ends.clear();
   LinkSolver links;
   links.again = [this](std::int32_t body) {
     return links_again(*pipeline_->scene().bodies()[body].body);
   };
-  std::map<std::int32_t, std::vector<LinkSolver::Link>> links_of;
-  links.links = [this, &links_of](std::int32_t body) -> Span<const LinkSolver::Link> {
-    const auto [found, is_new] = links_of.try_emplace(body);
-    if (is_new) found->second = read_links(pipeline_->scene(), body);
-    return found->second;
-  };
+  links.links = [this](std::int32_t body) { return scene_links_->of(pipeline_->scene(), body); };
   links.iterations = [this](std::int32_t body) {
     return pipeline_->scene().bodies()[body].body->m_cfg.piterations;
   };
-  links.solve = [this](const std::vector<std::int32_t>& bodies, double least, Motion& motion) {
+  links.solve = [this](Span<const std::int32_t> bodies, double least, Motion& motion) {
     return solve_links(bodies, least, motion);
   };
   const bool ran =
-      pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill, links, [this, &links_of] {
+      pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill, links, [this] {
         undo_solve_links();
-        links_of.clear();  // bodies may have new indices
+        scene_links_->clear();  // bodies may have new indices
       });
   ran ? finish_solve_links(solverdt) : undo_solve_links();
   if (!ran) return;
@@ -225,7 +203,7 @@ void btLazySoftBodySolver::read_starts() {
   }
 }
 
-bool btLazySoftBodySolver::solve_links(const std::vector<std::int32_t>& bodies, double least,
+bool btLazySoftBodySolver::solve_links(Span<const std::int32_t> bodies, double least,
                                        Motion& motion) {
   LAZYCCD_BT_PROFILE("links");
   const SoftScene& scene = pipeline_->scene();

@@ -84,7 +84,7 @@ TEST_CASE("assertions on the row of a contact fail where they must") {
   }
   SECTION("friction") {
     PairSurfaces negative = lazyccd::test::uniform_surfaces(0.1, 0, 2);
-    negative.update({{0, -1, true}, {0, -2, true}});
+    negative.update(std::vector<BodySurface>{{0, -1, true}, {0, -2, true}});
     ContactRow row;
     CHECK(failed_belief([&] { RowFactory(negative, 0.05, scene.motion).make(contact, row); }) ==
           "friction opposes the sliding");
@@ -95,7 +95,7 @@ TEST_CASE("assertions on the row of a contact fail where they must") {
     CHECK(scene.belief_of_row(wrong) == "a pair is of bodies of the step");
   }
   SECTION("limits") {
-    scene.surfaces.limit_thickness({0.1});
+    scene.surfaces.limit_thickness(std::vector<double>{0.1});
     CHECK(scene.belief_of_row(contact) == "each body of the step has its limit");
   }
 }
@@ -103,10 +103,12 @@ TEST_CASE("assertions on the row of a contact fail where they must") {
 TEST_CASE("assertions on surfaces fail where they must") {
   if (!lazyccd::test::finds_failed_beliefs) return;
   CHECK(failed_belief([] {
-          lazyccd::test::uniform_surfaces(0.1, 0).update({{not_a_number, 0, true}});
+          lazyccd::test::uniform_surfaces(0.1, 0).update(
+              std::vector<BodySurface>{{not_a_number, 0, true}});
         }) == "margins are finite and not negative");
   CHECK(failed_belief([] {
-          lazyccd::test::uniform_surfaces(0.1, 0).set_moved_apart({{1, 2}, {0, 1}});
+          lazyccd::test::uniform_surfaces(0.1, 0).set_moved_apart(
+              std::vector<BodyPair>{{1, 2}, {0, 1}});
         }) == "pairs to be parted are sorted");
 }
 

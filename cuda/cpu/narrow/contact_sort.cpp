@@ -27,7 +27,7 @@ void ContactSort::radix_sort(int bits) {
   }
 }
 
-std::uint64_t ContactSort::operator()(const std::vector<ContactPart>& parts, ThreadPool& pool,
+std::uint64_t ContactSort::operator()(Span<const ContactPart> parts, ThreadPool& pool,
                                       std::vector<Contact>& out) {
   std::size_t count = 0;
   for (const ContactPart& part : parts) count += part.keys.size();

@@ -23,7 +23,7 @@ class ContactSort {
  public:
   explicit ContactSort(const Mesh& mesh) : key_(mesh.contact_key()), order_(mesh.contact_order()) {}
   /// Copies the contacts of all parts into `out`, sorted, and returns their hash.
-  std::uint64_t operator()(const std::vector<ContactPart>& parts, ThreadPool& pool,
+  std::uint64_t operator()(Span<const ContactPart> parts, ThreadPool& pool,
                            std::vector<Contact>& out);
   std::size_t bytes() const { return (items_.capacity() + other_.capacity()) * sizeof(Item); }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <mutex>
 #include <string>
 
 #include "lazyccd/error.h"
@@ -37,14 +38,15 @@ double load_records(const Mesh& mesh, const Positions& start, const Positions& e
   check_counts(mesh, start, end);
   const std::size_t count = mesh.vertex_count();
   records.resize(count);
-  struct alignas(128) Bounds {  // of one worker, aligned against false sharing
+  struct Bounds {
     double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
   };
-  std::vector<Bounds> bounds(static_cast<std::size_t>(pool.size()));
+  Bounds bounds;  // of all ranges
+  std::mutex adding;
   // Relaxed: the end of the job orders the stores.
   std::atomic<bool> all_finite{true};
-  pool.parallel_for(count, 4096, [&](std::size_t first, std::size_t last, int worker) {
-    Bounds box = bounds[worker];
+  pool.parallel_for(count, 4096, [&](std::size_t first, std::size_t last, int) {
+    Bounds box;
     double zero = 0;  // stays zero if all positions are finite: NaN and infinity times 0 are NaN
     for (std::size_t v = first; v < last; ++v) {
       double* x = records[v].x;
@@ -61,18 +63,15 @@ double load_records(const Mesh& mesh, const Positions& start, const Positions& e
       x[6] = x[7] = 0;
     }
     if (!(zero == 0)) all_finite.store(false, std::memory_order_relaxed);
-    bounds[worker] = box;
+    const std::lock_guard<std::mutex> lock(adding);
+    for (int k = 0; k < 3; ++k) {
+      bounds.lo[k] = std::min(bounds.lo[k], box.lo[k]);
+      bounds.hi[k] = std::max(bounds.hi[k], box.hi[k]);
+    }
   });
   if (!all_finite.load(std::memory_order_relaxed)) check_finite(mesh, start, end);
   double size = 0;
-  for (int k = 0; k < 3; ++k) {
-    double lo = HUGE_VAL, hi = -HUGE_VAL;
-    for (const Bounds& b : bounds) {
-      lo = std::min(lo, b.lo[k]);
-      hi = std::max(hi, b.hi[k]);
-    }
-    size = std::max(size, hi - lo);
-  }
+  for (int k = 0; k < 3; ++k) size = std::max(size, bounds.hi[k] - bounds.lo[k]);
   return size;
 }
 

@@ -14,10 +14,12 @@ class Span {
   constexpr Span() = default;
   constexpr Span(T* data, std::size_t size) : data_(data), size_(size) {}
   /// View of a vector of the same element type, const or not.
-  template <class U, class = std::enable_if_t<std::is_convertible_v<const U (*)[], T (*)[]>>>
-  Span(const std::vector<U>& v) : data_(v.data()), size_(v.size()) {}
-  template <class U, class = std::enable_if_t<std::is_convertible_v<U (*)[], T (*)[]>>>
-  Span(std::vector<U>& v) : data_(v.data()), size_(v.size()) {}
+  template <class U, class Allocator,
+            class = std::enable_if_t<std::is_convertible_v<const U (*)[], T (*)[]>>>
+  Span(const std::vector<U, Allocator>& v) : data_(v.data()), size_(v.size()) {}
+  template <class U, class Allocator,
+            class = std::enable_if_t<std::is_convertible_v<U (*)[], T (*)[]>>>
+  Span(std::vector<U, Allocator>& v) : data_(v.data()), size_(v.size()) {}
 
   constexpr T* data() const { return data_; }
   constexpr std::size_t size() const { return size_; }

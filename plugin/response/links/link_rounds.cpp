@@ -1,12 +1,13 @@
 #include "response/links/link_rounds.h"
 
 #include <algorithm>
-#include <map>
+#include <iterator>
 #include <utility>
 
 #include "contact/node_pushes.h"
 #include "settings.h"
 #include "util/profile.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -32,7 +33,7 @@ void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& co
   using Again = LinkSolver::Again;
   const NodePushes pushes = find_node_pushes(constraints.active_rows(), motion);
   loads_.resize(motion.rigid_of_body.size());
-  std::vector<BodyRounds> turns;
+  ScratchVector<BodyRounds> turns;
   bool any_weighed = false;
   for (std::int32_t body = 0; body < static_cast<std::int32_t>(loads_.size()); ++body) {
     if (motion.rigid_of_body[body] >= 0) continue;
@@ -69,35 +70,40 @@ void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& co
     loads_[body].push = after.by_weights[body];
 }
 
-void LinkRounds::solve_in_turn(const std::vector<BodyRounds>& turns, const LinkSolver& links,
-                               int sweeps, ContactConstraints& constraints, Motion& motion) {
+void LinkRounds::solve_in_turn(Span<const BodyRounds> turns, const LinkSolver& links, int sweeps,
+                               ContactConstraints& constraints, Motion& motion) {
   if (turns.empty()) return;
   RowIslands& islands = constraints.islands(motion);
-  std::map<std::int32_t, std::vector<BodyRounds>> bodies_of;  // by island
-  for (const BodyRounds& rounds : turns) {
-    bodies_.push_back(rounds.body);
-    bodies_of[islands.of_body(rounds.body)].push_back(rounds);
-  }
-  Bodies bodies, moved;  // moved: a body of each island in which links move nodes
-  for (int i = 1; !bodies_of.empty(); ++i) {
+  // Bodies of the same island follow each other. An island ends when links move nothing there.
+  ScratchVector<BodyRounds> going_on(turns.begin(), turns.end());
+  const auto place_of = [&islands](const BodyRounds& rounds) {
+    return std::make_pair(islands.of_body(rounds.body), rounds.body);
+  };
+  std::sort(going_on.begin(), going_on.end(),
+            [&](const BodyRounds& x, const BodyRounds& y) { return place_of(x) < place_of(y); });
+  for (const BodyRounds& rounds : turns) bodies_.push_back(rounds.body);
+  ScratchVector<std::int32_t> bodies, moved;  // moved: one of each island in which nodes moved
+  for (int i = 1; !going_on.empty(); ++i) {
     islands.select_none();
     bool any_moved = false;
-    for (auto next = bodies_of.begin(); next != bodies_of.end();) {
-      const auto island = next++;
-      std::vector<BodyRounds>& rest = island->second;
+    ScratchVector<BodyRounds> next;
+    for (auto first = going_on.begin(); first != going_on.end();) {
+      const std::int32_t island = islands.of_body(first->body);
+      const auto last = std::find_if(first, going_on.end(), [&](const BodyRounds& rounds) {
+        return islands.of_body(rounds.body) != island;
+      });
       bodies.clear();
-      for (const BodyRounds& rounds : rest) bodies.push_back(rounds.body);
-      if (!links.solve(bodies, settings::links::min_link_speed * motion.dt, motion)) {
-        bodies_of.erase(island);
-        continue;
+      for (auto rounds = first; rounds != last; ++rounds) bodies.push_back(rounds->body);
+      if (links.solve(bodies, settings::links::min_link_speed * motion.dt, motion)) {
+        any_moved = true;
+        islands.select_body(bodies.front());
+        if (i == 1) moved.push_back(bodies.front());
+        std::copy_if(first, last, std::back_inserter(next),
+                     [i](const BodyRounds& rounds) { return rounds.rounds > i; });
       }
-      any_moved = true;
-      islands.select_body(bodies.front());
-      if (i == 1) moved.push_back(bodies.front());
-      const auto is_last = [i](const BodyRounds& rounds) { return rounds.rounds <= i; };
-      rest.erase(std::remove_if(rest.begin(), rest.end(), is_last), rest.end());
-      if (rest.empty()) bodies_of.erase(island);
+      first = last;
     }
+    going_on.swap(next);
     if (!any_moved) break;
     if (i == 1) {
       constraints.solve_impulses(motion, sweeps, ContactSolver::Manner::round);

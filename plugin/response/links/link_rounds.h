@@ -48,7 +48,7 @@ struct LinkSolver {
   /// Moves Motion::solved of these soft bodies (indices of bodies) by one more position iteration
   /// of their links, and adds that to Motion::link_displacement. Returns false, and moves nothing,
   /// if no node would move by `least`, metres.
-  std::function<bool(const std::vector<std::int32_t>& bodies, double least, Motion& motion)> solve;
+  std::function<bool(Span<const std::int32_t> bodies, double least, Motion& motion)> solve;
 
   /// False: there are no such links.
   explicit operator bool() const { return static_cast<bool>(solve); }
@@ -87,7 +87,7 @@ class LinkRounds {
     int rounds;
   };
   /// Solves the links of these bodies and the contacts of their islands in turn.
-  void solve_in_turn(const std::vector<BodyRounds>& turns, const LinkSolver& links, int sweeps,
+  void solve_in_turn(Span<const BodyRounds> turns, const LinkSolver& links, int sweeps,
                      ContactConstraints& constraints, Motion& motion);
   double time_ = 0;          // sum of the steps, seconds
   std::vector<Load> loads_;  // by body

@@ -25,8 +25,8 @@ LinkLimit limit_of(std::int32_t body, std::int32_t index, const LinkSolver::Link
 }
 
 // By body: whether a contact may act on it.
-std::vector<char> find_touched(const NearContacts& near, const Motion& motion) {
-  std::vector<char> touched(motion.rigid_of_body.size(), 0);
+ScratchVector<char> find_touched(const NearContacts& near, const Motion& motion) {
+  ScratchVector<char> touched(motion.rigid_of_body.size(), 0);
   for (std::size_t i = 0; i < near.contacts.size(); ++i) {
     const Contact& contact = near.contacts[i];
     if (near.estimates[i].can_act) touched[contact.body_a] = touched[contact.body_b] = 1;
@@ -39,8 +39,8 @@ std::vector<char> find_touched(const NearContacts& near, const Motion& motion) {
 void StrainLimit::warm_start(const NearContacts& near, const LinkSolver& links,
                              ContactConstraints& constraints, const Motion& motion) {
   if (limit_ == 0 || !links || constraints.last_link_impulses().empty()) return;
-  const std::vector<char> touched = find_touched(near, motion);
-  std::vector<LinkLimit> limits;
+  const ScratchVector<char> touched = find_touched(near, motion);
+  ScratchVector<LinkLimit> limits;
   for (const LastLinkImpulse& last : constraints.last_link_impulses()) {
     if (!touched[last.body] || links.again(last.body) == LinkSolver::Again::never) continue;
     const Span<const LinkSolver::Link> of_body = links.links(last.body);
@@ -56,7 +56,7 @@ void StrainLimit::warm_start(const NearContacts& near, const LinkSolver& links,
 }
 
 void StrainLimit::find_stretched(std::int32_t body, const LinkSolver& links, double tolerance,
-                                 const Motion& motion, std::vector<LinkLimit>& stretched) const {
+                                 const Motion& motion, ScratchVector<LinkLimit>& stretched) const {
   const Span<const LinkSolver::Link> of_body = links.links(body);
   for (std::size_t i = 0; i < of_body.size(); ++i) {
     const auto [a, b] = of_body[i].vertices;
@@ -71,13 +71,14 @@ void StrainLimit::find_stretched(std::int32_t body, const LinkSolver& links, dou
   }
 }
 
-void StrainLimit::hold(std::vector<std::int32_t> bodies, const LinkSolver& links, int sweeps,
+void StrainLimit::hold(Span<const std::int32_t> bodies, const LinkSolver& links, int sweeps,
                        ContactConstraints& constraints, Motion& motion) {
   if (limit_ == 0 || bodies.empty()) return;
   LAZYCCD_BT_PROFILE("strain limit");
-  std::sort(bodies.begin(), bodies.end());
-  std::vector<LinkLimit> first, stretched;  // of the first round, of the present one
-  const auto select_islands_of = [&](const std::vector<LinkLimit>& limits) {
+  ScratchVector<std::int32_t> sorted(bodies.begin(), bodies.end());
+  std::sort(sorted.begin(), sorted.end());
+  ScratchVector<LinkLimit> first, stretched;  // of the first round, of the present one
+  const auto select_islands_of = [&](const ScratchVector<LinkLimit>& limits) {
     RowIslands& islands = constraints.islands(motion);
     islands.select_none();
     for (const LinkLimit& limit : limits) islands.select_body(limit.body);
@@ -87,7 +88,7 @@ void StrainLimit::hold(std::vector<std::int32_t> bodies, const LinkSolver& links
     // allow: the rest is what sweeps leave, and there is always some.
     const double tolerance = round == 0 ? 1 : settings::links::strain_tolerance;
     stretched.clear();
-    for (const std::int32_t body : bodies)
+    for (const std::int32_t body : sorted)
       if (links.again(body) != LinkSolver::Again::never)
         find_stretched(body, links, tolerance, motion, stretched);
     if (stretched.empty()) break;

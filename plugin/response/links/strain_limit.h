@@ -7,12 +7,12 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <vector>
 
 #include "contact/near_contacts.h"
 #include "motion/motion.h"
 #include "response/contact_constraints.h"
 #include "response/links/link_rounds.h"
+#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -33,14 +33,14 @@ class StrainLimit {
   /// it was at the start of the step if that is longer. `sweeps`: as in ContactSolver::solve().
   /// Response calls it after LinkRounds, and after the first contacts that were not near. Called
   /// after all of these, links and contacts would undo each other (tests/long/stretch.md).
-  void hold(std::vector<std::int32_t> bodies, const LinkSolver& links, int sweeps,
+  void hold(Span<const std::int32_t> bodies, const LinkSolver& links, int sweeps,
             ContactConstraints& constraints, Motion& motion);
 
  private:
   /// The links of the body that are longer than `tolerance` allows in the solved motion, a multiple
   /// of the length that they may have.
   void find_stretched(std::int32_t body, const LinkSolver& links, double tolerance,
-                      const Motion& motion, std::vector<LinkLimit>& stretched) const;
+                      const Motion& motion, ScratchVector<LinkLimit>& stretched) const;
 
   double limit_;  // of the length, as a multiple of the rest length; 0: none
 };

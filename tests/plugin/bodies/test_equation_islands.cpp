@@ -9,6 +9,7 @@
 
 #include "bodies/conjugate_residual.h"
 #include "support/catch.h"
+#include "util/scratch_vector.h"
 
 using namespace lazyccd;
 using namespace lazyccd::bullet;
@@ -40,7 +41,7 @@ struct Ropes {
     multiplier.m_indices[1] = b;
     objective->m_projection.m_lagrangeMultipliers.push_back(multiplier);
   }
-  std::vector<EquationIsland> islands(const std::vector<std::array<int, 2>>& pairs) const {
+  ScratchVector<EquationIsland> islands(const std::vector<std::array<int, 2>>& pairs) const {
     return find_equation_islands(*objective, nodes(), pairs);
   }
 };
@@ -51,24 +52,24 @@ TEST_CASE("bodies that contacts or multipliers connect are one island of the mom
   Ropes ropes(6);
   ropes.connect(4, 10);  // bodies 1 and 3
   ropes.connect(15, 16);
-  const std::vector<EquationIsland> islands = ropes.islands({{0, 0}, {2, 3}});
+  const ScratchVector<EquationIsland> islands = ropes.islands({{0, 0}, {2, 3}});
   REQUIRE(islands.size() == 3);
-  CHECK(islands[0].bodies == std::vector<int>{0});
-  CHECK(islands[0].unknowns == std::vector<int>{0, 1, 2});
+  CHECK(islands[0].bodies == ScratchVector<int>{0});
+  CHECK(islands[0].unknowns == ScratchVector<int>{0, 1, 2});
   CHECK(islands[0].multipliers().empty());
-  CHECK(islands[1].bodies == std::vector<int>{1, 2, 3});
-  CHECK(islands[1].unknowns == std::vector<int>{3, 4, 5, 6, 7, 8, 9, 10, 11, 18});
+  CHECK(islands[1].bodies == ScratchVector<int>{1, 2, 3});
+  CHECK(islands[1].unknowns == ScratchVector<int>{3, 4, 5, 6, 7, 8, 9, 10, 11, 18});
   CHECK(islands[1].node_count == 9);
   // What no contact touches.
-  CHECK(islands[2].bodies == std::vector<int>{4, 5});
-  CHECK(islands[2].unknowns == std::vector<int>{12, 13, 14, 15, 16, 17, 19});
+  CHECK(islands[2].bodies == ScratchVector<int>{4, 5});
+  CHECK(islands[2].unknowns == ScratchVector<int>{12, 13, 14, 15, 16, 17, 19});
 }
 
 TEST_CASE("the momentum equation is not divided if a link joins two bodies") {
   Ropes ropes(2);
   ropes.ropes[0]->appendLink(&ropes.ropes[0]->m_nodes[0], &ropes.ropes[1]->m_nodes[0]);
-  const std::vector<EquationIsland> islands = ropes.islands({{0, 0}});
+  const ScratchVector<EquationIsland> islands = ropes.islands({{0, 0}});
   REQUIRE(islands.size() == 1);
-  CHECK(islands[0].bodies == std::vector<int>{0, 1});
+  CHECK(islands[0].bodies == ScratchVector<int>{0, 1});
   CHECK(islands[0].unknowns.size() == 6);
 }

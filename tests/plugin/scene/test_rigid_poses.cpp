@@ -142,7 +142,7 @@ TEST_CASE("rigid bodies keep their poses while others are added and removed") {
     move(*walls.back(), 7);
     move(*walls.front(), round + 1);
     w.end();
-    w.poses.follow({{btVector3(-9, -9, -9), btVector3(9, 9, 9)}}, w.warnings);
+    w.poses.follow(std::vector<AxisBox>{{btVector3(-9, -9, -9), btVector3(9, 9, 9)}}, w.warnings);
     REQUIRE(w.poses.followed().size() == walls.size());
     for (std::size_t i = 1; i < walls.size(); ++i)
       CHECK(w.poses.followed()[i - 1]->unique_id < w.poses.followed()[i]->unique_id);
@@ -294,9 +294,9 @@ TEST_CASE("an immovable body at rest is followed again when it moves or is near"
   CHECK(w.of(free) != nullptr);
   const bullet::AxisBox near = {btVector3(-1, -1, -1), btVector3(1, 1, 1)};
   SECTION("near") {
-    w.poses.follow({near.expanded(btVector3(-10, 0, 0))}, w.warnings);
+    w.poses.follow(std::vector<AxisBox>{near.expanded(btVector3(-10, 0, 0))}, w.warnings);
     CHECK(w.of(wall) == nullptr);
-    w.poses.follow({near}, w.warnings);
+    w.poses.follow(std::vector<AxisBox>{near}, w.warnings);
     REQUIRE(w.of(wall) != nullptr);
     CHECK(w.poses.followed().size() == 2);
     CHECK(w.of(wall)->at_rest);
@@ -314,7 +314,7 @@ TEST_CASE("an immovable body at rest is followed again when it moves or is near"
     const btTransform turned(btQuaternion(btVector3(1, 0, 0), btScalar(0.5)));
     wall->setWorldTransform(turned);
     step();
-    w.poses.follow({near}, w.warnings);
+    w.poses.follow(std::vector<AxisBox>{near}, w.warnings);
     REQUIRE(w.of(wall) != nullptr);
     CHECK(w.of(wall)->end == turned);
     CHECK(w.of(wall)->start == btTransform::getIdentity());
@@ -329,7 +329,7 @@ TEST_CASE("an immovable body at rest is followed again when it moves or is near"
   SECTION("removed") {
     w.world.remove(wall);
     step();
-    w.poses.follow({near}, w.warnings);
+    w.poses.follow(std::vector<AxisBox>{near}, w.warnings);
     CHECK(w.poses.followed().size() == 1);
   }
   SECTION("all removed, and as many added with the same ids") {
@@ -338,7 +338,7 @@ TEST_CASE("an immovable body at rest is followed again when it moves or is near"
     w.world.world().getBroadphase()->resetPool(w.world.world().getDispatcher());
     btRigidBody *first = w.add(), *second = w.add();
     step();
-    w.poses.follow({near}, w.warnings);
+    w.poses.follow(std::vector<AxisBox>{near}, w.warnings);
     CHECK(w.poses.followed().size() == 2);
     CHECK(w.of(first) != nullptr);
     CHECK(w.of(second) != nullptr);

@@ -1,4 +1,5 @@
-// What a step allocates does not grow with its contacts.
+// Once a scene rests, a step allocates nothing. Islands of more than a thousand rows do: the
+// library that sorts them takes memory for its bins.
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 
 #include <cstddef>
@@ -18,12 +19,8 @@ using scenes::World;
 
 namespace {
 
-struct RestingCloth {
-  std::size_t contacts;
-  long allocations;  // in a step
-};
-
-RestingCloth rest_on_box(int nodes, World world) {
+// Allocations of ten steps of a cloth that rests on a box, and of a box on it.
+long allocations_at_rest(int nodes, World world) {
   bullet::SolverOptions options;
   options.detector.threads = 1;
   ObstacleWorld w(world, 10, options);
@@ -31,21 +28,22 @@ RestingCloth rest_on_box(int nodes, World world) {
   w.add(scenes::make_cloth(w.info(), nodes, nodes, 1,
                            [=](double u, double v) { return vector(u - 0.5, 0.02, v - 0.5); }),
         0.01);
-  w.steps(60, 1.0 / 60);
+  w.add(std::make_unique<btBoxShape>(vector(0.1, 0.1, 0.1)), vector(0, 0.15, 0), 0.1);
+  w.steps(120, 1.0 / 60);
+  CHECK(!w.contacts().empty());
   const long before = allocation_count();
   w.steps(10, 1.0 / 60);
-  return {w.contacts().size(), (allocation_count() - before) / 10};
+  return allocation_count() - before;
 }
 
 }  // namespace
 
-TEST_CASE("what a step allocates does not grow with its contacts") {
+TEST_CASE("a step at rest allocates nothing") {
   if (is_sanitized) return;  // nothing is counted
   for (const World world : {World::rigid, World::deformable}) {
-    const RestingCloth small = rest_on_box(5, world), large = rest_on_box(31, world);
-    CAPTURE(small.contacts, large.contacts, small.allocations, large.allocations);
-    CHECK(large.contacts > 20 * small.contacts);
-    CHECK(large.allocations <= small.allocations + 10);
-    CHECK(small.allocations < 80);
+    for (const int nodes : {5, 21}) {
+      CAPTURE(world == World::rigid, nodes);
+      CHECK(allocations_at_rest(nodes, world) == 0);
+    }
   }
 }

@@ -25,6 +25,7 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 class Normals;
+class SceneLinks;
 class Pipeline;
 class SideBySide;
 class SoftBodyDbvt;
@@ -84,7 +85,7 @@ class LAZYCCD_BULLET_API btLazySoftBodySolver : public btDefaultSoftBodySolver, 
  private:
   void predict(btScalar time_step);
   void read_starts();
-  bool solve_links(const std::vector<std::int32_t>& bodies, double least, Motion& motion);
+  bool solve_links(Span<const std::int32_t> bodies, double least, Motion& motion);
   // Puts all nodes back to where they were before solve_links().
   void undo_solve_links();
   // Does this for the vertices, because the response moves them. Nodes that are no vertices stay,
@@ -96,6 +97,7 @@ class LAZYCCD_BULLET_API btLazySoftBodySolver : public btDefaultSoftBodySolver, 
   std::unique_ptr<SoftBodyDbvt> dbvt_;
   std::unique_ptr<SideBySide> side_by_side_;
   std::unique_ptr<Normals> normals_;
+  std::unique_ptr<SceneLinks> scene_links_;
   std::unique_ptr<SoftConstraints> constraints_;
   std::vector<char> slept_;  // by body: slept when the step began
   // At the start of the step, by body and node; empty for bodies that sleep.
