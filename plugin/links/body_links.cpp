@@ -13,14 +13,12 @@ namespace {
 // True if PSolve_Links() skips the link, as it does between two immovable nodes.
 bool is_skipped(const btSoftBody::Link& link) { return !(link.m_c0 > 0); }
 
-LinkedNode<btScalar> linked(const btSoftBody::Node& node) {
-  return {{node.m_x.x(), node.m_x.y(), node.m_x.z(), 0}};
-}
+LinkedNode<btScalar> linked(const btVector3& x) { return {{x.x(), x.y(), x.z(), 0}}; }
 
-void move(btSoftBody::Node& node, const LinkedNode<btScalar>& to) {
-  node.m_x.setX(to.x[0]);
-  node.m_x.setY(to.x[1]);
-  node.m_x.setZ(to.x[2]);
+void move(btVector3& x, const LinkedNode<btScalar>& to) {
+  x.setX(to.x[0]);
+  x.setY(to.x[1]);
+  x.setZ(to.x[2]);
 }
 
 // Counts the links that share a node with one of the three links before them. The processor has not
@@ -130,22 +128,28 @@ bool BodyLinks::load_links() {
 void BodyLinks::read() {
   for (const Member& member : members_)
     for (int i = 0; i < member.node_count; ++i)
-      nodes_[member.first_node + i] = linked(member.body->m_nodes[i]);
+      nodes_[member.first_node + i] = linked(member.body->m_nodes[i].m_x);
 }
 
-void BodyLinks::read(int node) { nodes_[node] = linked(members_[0].body->m_nodes[node]); }
+void BodyLinks::read(int node) { nodes_[node] = linked(members_[0].body->m_nodes[node].m_x); }
 
 void BodyLinks::write() const {
   for (const Member& member : members_)
     for (int i = 0; i < member.node_count; ++i)
-      move(member.body->m_nodes[i], nodes_[member.first_node + i]);
+      move(member.body->m_nodes[i].m_x, nodes_[member.first_node + i]);
 }
 
-void BodyLinks::write(int node) const { move(members_[0].body->m_nodes[node], nodes_[node]); }
+void BodyLinks::write(int node) const { move(members_[0].body->m_nodes[node].m_x, nodes_[node]); }
 
 void BodyLinks::solve(int passes) {
   kernels_->solve({groups_.data(), static_cast<int>(groups_.size()), plan_.skew, passes,
                    nodes_.data(), bytes_of_nodes<btScalar>(node_count_)});
+}
+
+void BodyLinks::solve(int passes, Span<btVector3> positions) {
+  for (std::size_t i = 0; i < positions.size(); ++i) nodes_[i] = linked(positions[i]);
+  solve(passes);
+  for (std::size_t i = 0; i < positions.size(); ++i) move(positions[i], nodes_[i]);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

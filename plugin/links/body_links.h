@@ -30,6 +30,8 @@ class BodyLinks {
   void write(int node) const;
   /// Same result as `passes` calls of PSolve_Links() with each body.
   void solve(int passes);
+  /// The same for the first body alone, with other positions: by node, metres.
+  void solve(int passes, Span<btVector3> positions);
 
  private:
   /// A body and its counts when plan_ was made.

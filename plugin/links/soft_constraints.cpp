@@ -261,7 +261,7 @@ bool SoftConstraints::solve_body(btSoftBody& body, BodyLinks& links) {
   return true;
 }
 
-void SoftConstraints::solve_links_again(btSoftBody& body, int index) {
+void SoftConstraints::solve_links_again(btSoftBody& body, int index, Span<btVector3> positions) {
   const int passes = static_cast<int>(passes_over_links(body.m_cfg.m_psequence));
   LinksState& state = states_[static_cast<std::size_t>(index)];
   BodyLinks& links = links_[static_cast<std::size_t>(index)];
@@ -271,13 +271,14 @@ void SoftConstraints::solve_links_again(btSoftBody& body, int index) {
         links.prepare({&pointer, 1}, std::max<std::int64_t>(passes, passes_over_positions(body)));
     state = is_prepared ? LinksState::prepared : LinksState::bullets;
   }
-  if (state == LinksState::bullets) {
-    for (int i = 0; i < passes; ++i) btSoftBody::getSolver(Solver::Linear)(&body, 1, 0);
-    return;
-  }
-  links.read();
-  links.solve(passes);
-  links.write();
+  if (state == LinksState::prepared) return links.solve(passes, positions);
+  const auto exchange = [&] {
+    for (std::size_t i = 0; i < positions.size(); ++i)
+      std::swap(body.m_nodes[static_cast<int>(i)].m_x, positions[i]);
+  };
+  exchange();
+  for (int i = 0; i < passes; ++i) btSoftBody::getSolver(Solver::Linear)(&body, 1, 0);
+  exchange();
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

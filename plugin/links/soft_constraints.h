@@ -26,8 +26,8 @@ class SoftConstraints {
              int threads = 2);
 
   /// Runs the passes over the links of body `index` of the last solve() that it has in a position
-  /// iteration.
-  void solve_links_again(btSoftBody& body, int index);
+  /// iteration, with other positions than its own: by node, metres.
+  void solve_links_again(btSoftBody& body, int index, Span<btVector3> positions);
 
  private:
   using Bodies = btAlignedObjectArray<btSoftBody*>;

@@ -111,12 +111,6 @@ void Motion::find_turn_displacement() {
   for (const auto& [vertex, fixed] : anchored) find(vertex, rigid[fixed.rigid]);
 }
 
-void Motion::round_end(std::int32_t i) {
-  const Vector3d x = solved[i] + split_displacement[i];
-  for (int k = 0; k < 3; ++k)
-    end[3 * static_cast<std::size_t>(i) + k] = static_cast<btScalar>(x[k]);
-}
-
 void Motion::apply_response(RigidMotion& body) {
   const Vector3d rotation = body.rotation + body.split_rotation;
   const double angle = rotation.norm();

@@ -187,7 +187,11 @@ struct Motion {
     return predicted[vertex] + turn_displacement[vertex];
   }
   /// Sets the end of a soft vertex to solved + split_displacement, rounded to btScalar.
-  void round_end(std::int32_t soft_vertex);
+  void round_end(std::int32_t soft_vertex) {
+    const Vector3d x = solved[soft_vertex] + split_displacement[soft_vertex];
+    for (int k = 0; k < 3; ++k)
+      end[3 * static_cast<std::size_t>(soft_vertex) + k] = static_cast<btScalar>(x[k]);
+  }
   /// Adds the motion of the response to the predicted pose of a rigid body. Sets the end of the
   /// body, its vertices and its anchored vertices.
   void apply_response(RigidMotion& body);

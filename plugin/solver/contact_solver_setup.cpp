@@ -155,15 +155,17 @@ void ContactSolver::restart_displacements() {
 void ContactSolver::give_slots_to_moved(std::int32_t body) {
   const std::int32_t island = islands_->of_body(body);
   if (island < 0 || !islands_->is_selected(static_cast<std::size_t>(island))) return;
+  const double length_unit = problems_[island].length_unit;
   for (std::int32_t v = motion_->first_vertex[body]; v < motion_->first_vertex[body + 1]; ++v) {
     std::int32_t& slot = node_of_[v];
-    if (motion_->link_displacement[v].isZero() || (slot > 0 && !is_unclaimed(slot))) continue;
+    const Vector3d& moved = motion_->link_displacement[v];
+    if (moved.isZero() || (slot > 0 && !is_unclaimed(slot))) continue;
     if (slot == 0) {
       slot = displacement_count();
       displacement_.emplace_back();
       vertex_of_.push_back(-1);
     }
-    displacement_[slot] = link_displacement(v, problems_[island]);
+    set(displacement_[slot].x, moved / length_unit);
   }
 }
 

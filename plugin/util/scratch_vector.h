@@ -69,9 +69,7 @@ struct ScratchAllocator {
   template <class Other>
   ScratchAllocator(const ScratchAllocator<Other>&) {}
 
-  T* allocate(std::size_t count) {
-    return static_cast<T*>(ScratchBlocks::take(count * sizeof(T)));
-  }
+  T* allocate(std::size_t count) { return static_cast<T*>(ScratchBlocks::take(count * sizeof(T))); }
   void deallocate(T* memory, std::size_t count) noexcept {
     ScratchBlocks::give_back(memory, count * sizeof(T));
   }

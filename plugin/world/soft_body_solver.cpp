@@ -136,9 +136,7 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   }
   const auto fill = [this, solverdt](const SoftScene& scene, const SoftScene::BodyRecord& record,
                                      std::int32_t first, std::int32_t last, Motion& motion) {
-    // Links that were solved again have moved the nodes away from their ends.
-    const std::vector<btVector3>&starts = starts_[record.world_index],
-          &ends = ends_[record.world_index];
+    const std::vector<btVector3>& starts = starts_[record.world_index];
     // As in btSoftBody::solveConstraints(), with the body's own time step and damping. Without the
     // damping in this rate, a node that carries a load would leave the contact with the damped
     // fraction of the load's velocity.
@@ -150,17 +148,15 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
       const int index = scene.node_index(v);
       const btSoftBody::Node& node = record.body->m_nodes[index];
       const btVector3& start = sleeps ? node.m_x : starts[index];
-      const btVector3& end = ends.empty() ? node.m_x : ends[index];
       for (int k = 0; k < 3; ++k) {
         motion.start[3 * static_cast<std::size_t>(v) + k] = start[k];
-        motion.end[3 * static_cast<std::size_t>(v) + k] = end[k];
+        motion.end[3 * static_cast<std::size_t>(v) + k] = node.m_x[k];
       }
       motion.velocity[v] = to_double(node.m_v);
       motion.rate[v] = rate;
     }
   };
-  ends_.resize(starts_.size());
-  for (std::vector<btVector3>& ends : ends_) ends.clear();
+  link_positions_.resize(starts_.size());
   LinkSolver links;
   links.again = [this](std::int32_t body) {
     return links_again(*pipeline_->scene().bodies()[body].body);
@@ -174,11 +170,11 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   };
   const bool ran =
       pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill, links, [this] {
-        undo_solve_links();
+        for (std::vector<btVector3>& positions : link_positions_) positions.clear();
         scene_links_->clear();  // bodies may have new indices
       });
-  ran ? finish_solve_links(solverdt) : undo_solve_links();
   if (!ran) return;
+  move_other_nodes(solverdt);
   if (pipeline_->responded()) write_back();
   pipeline_->detect_ahead();
   fill_soft_contact_lists(pipeline_->contacts());
@@ -207,66 +203,53 @@ bool btLazySoftBodySolver::solve_links(Span<const std::int32_t> bodies, double l
                                        Motion& motion) {
   LAZYCCD_BT_PROFILE("links");
   const SoftScene& scene = pipeline_->scene();
+  // Calls each(vertex, position) with the positions of nodes that links have moved.
   const auto for_each_vertex = [&](std::int32_t index, const auto& each) {
     const SoftScene::BodyRecord& record = scene.bodies()[index];
+    std::vector<btVector3>& positions = link_positions_[record.world_index];
     for (std::int32_t v = record.first_vertex; v < record.first_vertex + record.vertex_count; ++v)
-      each(v, record.body->m_nodes[scene.node_index(v)]);
+      each(v, positions[static_cast<std::size_t>(scene.node_index(v))]);
   };
   double largest = 0;
   for (const std::int32_t index : bodies) {
     const SoftScene::BodyRecord& record = scene.bodies()[index];
     btSoftBody& body = *record.body;
-    std::vector<btVector3>& ends = ends_[record.world_index];
-    for (int i = 0; ends.empty() && i < body.m_nodes.size(); ++i) {
-      ends.resize(body.m_nodes.size());
-      for (int k = 0; k < body.m_nodes.size(); ++k) ends[k] = body.m_nodes[k].m_x;
-    }
-    for_each_vertex(index, [&](std::int32_t v, btSoftBody::Node& node) {
-      node.m_x = to_bullet(motion.solved[v]);
-    });
-    constraints_->solve_links_again(body, record.world_index);
-    for_each_vertex(index, [&](std::int32_t v, const btSoftBody::Node& node) {
+    std::vector<btVector3>& positions = link_positions_[record.world_index];
+    if (positions.empty())
+      for (int i = 0; i < body.m_nodes.size(); ++i) positions.push_back(body.m_nodes[i].m_x);
+    for_each_vertex(index, [&](std::int32_t v, btVector3& x) { x = to_bullet(motion.solved[v]); });
+    constraints_->solve_links_again(body, record.world_index, positions);
+    for_each_vertex(index, [&](std::int32_t v, const btVector3& x) {
       if (motion.is_free(v))
-        largest = std::max(largest, (to_double(node.m_x) - motion.solved[v]).squaredNorm());
+        largest = std::max(largest, (to_double(x) - motion.solved[v]).squaredNorm());
     });
   }
   if (largest < least * least) return false;
   motion.links_moved.resize(motion.rigid_of_body.size(), 0);
   for (const std::int32_t index : bodies) {
     motion.links_moved[index] = 1;
-    for_each_vertex(index, [&](std::int32_t v, const btSoftBody::Node& node) {
+    for_each_vertex(index, [&](std::int32_t v, const btVector3& x) {
       if (!motion.is_free(v)) return;
-      const Vector3d x = to_double(node.m_x);
-      motion.link_displacement[v] += x - motion.solved[v];
-      motion.solved[v] = x;
-      motion.round_end(v);
+      const Vector3d end = to_double(x);
+      motion.link_displacement[v] += end - motion.solved[v];
+      motion.solved[v] = end;
     });
   }
   return true;
 }
 
-void btLazySoftBodySolver::undo_solve_links() {
-  for (int i = 0; i < m_softBodySet.size(); ++i) {
-    const std::vector<btVector3>& ends = ends_[i];
-    for (std::size_t k = 0; k < ends.size(); ++k)
-      m_softBodySet[i]->m_nodes[static_cast<int>(k)].m_x = ends[k];
-  }
-}
-
-void btLazySoftBodySolver::finish_solve_links(btScalar time_step) {
+void btLazySoftBodySolver::move_other_nodes(btScalar time_step) {
   const SoftScene& scene = pipeline_->scene();
   for (const SoftScene::BodyRecord& record : scene.bodies()) {
-    const std::vector<btVector3>& ends = ends_[record.world_index];
-    if (ends.empty()) continue;
+    const std::vector<btVector3>& positions = link_positions_[record.world_index];
     btSoftBody& body = *record.body;
+    if (positions.empty() || record.vertex_count == body.m_nodes.size()) continue;
     const btScalar rate = (1 - body.m_cfg.kDP) / (time_step * body.m_cfg.timescale);
     for (int i = 0; i < body.m_nodes.size(); ++i) {
+      if (scene.vertex_of(record, i) >= 0) continue;
       btSoftBody::Node& node = body.m_nodes[i];
-      if (scene.vertex_of(record, i) < 0) {
-        node.m_v += rate * (node.m_x - ends[i]);
-      } else {
-        node.m_x = ends[i];
-      }
+      node.m_v += rate * (positions[static_cast<std::size_t>(i)] - node.m_x);
+      node.m_x = positions[static_cast<std::size_t>(i)];
     }
   }
 }

@@ -112,6 +112,11 @@ void LinkRounds::solve_in_turn(Span<const BodyRounds> turns, const LinkSolver& l
     }
   }
   if (moved.empty()) return;
+  for (const BodyRounds& rounds : turns) {
+    const std::int32_t body = rounds.body;
+    for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v)
+      motion.round_end(v);
+  }
   islands.select_none();
   for (const std::int32_t body : moved) islands.select_body(body);
   constraints.solve_split_impulses(motion, sweeps);

@@ -46,8 +46,8 @@ struct LinkSolver {
   /// Position iterations of a body.
   std::function<int(std::int32_t body)> iterations;
   /// Moves Motion::solved of these soft bodies (indices of bodies) by one more position iteration
-  /// of their links, and adds that to Motion::link_displacement. Returns false, and moves nothing,
-  /// if no node would move by `least`, metres.
+  /// of their links, and adds that to Motion::link_displacement. Motion::end stays. Returns false,
+  /// and moves nothing, if no node would move by `least`, metres.
   std::function<bool(Span<const std::int32_t> bodies, double least, Motion& motion)> solve;
 
   /// False: there are no such links.

@@ -86,11 +86,8 @@ class LAZYCCD_BULLET_API btLazySoftBodySolver : public btDefaultSoftBodySolver, 
   void predict(btScalar time_step);
   void read_starts();
   bool solve_links(Span<const std::int32_t> bodies, double least, Motion& motion);
-  // Puts all nodes back to where they were before solve_links().
-  void undo_solve_links();
-  // Does this for the vertices, because the response moves them. Nodes that are no vertices stay,
-  // and get their velocity.
-  void finish_solve_links(btScalar time_step);
+  // Moves nodes that are no vertices to where solve_links() has put them.
+  void move_other_nodes(btScalar time_step);
   void write_back();
 
   std::unique_ptr<Pipeline> pipeline_;
@@ -102,8 +99,8 @@ class LAZYCCD_BULLET_API btLazySoftBodySolver : public btDefaultSoftBodySolver, 
   std::vector<char> slept_;  // by body: slept when the step began
   // At the start of the step, by body and node; empty for bodies that sleep.
   std::vector<std::vector<btVector3>> starts_;
-  // Positions before solve_links(), by body and node; empty for bodies that it did not touch.
-  std::vector<std::vector<btVector3>> ends_;
+  // Positions after solve_links(), by body and node; empty for bodies that it did not touch.
+  std::vector<std::vector<btVector3>> link_positions_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION
