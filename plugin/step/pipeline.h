@@ -36,6 +36,8 @@ class Pipeline {
 
   Pipeline(const SolverOptions& options, WorldKind world) : Pipeline(check(options), world) {}
 
+  const SolverOptions& options() const { return options_; }
+
   /// Takes a pair from Bullet's dispatcher. Returns false if Bullet must process the pair itself.
   bool handle_pair(btSoftBody* a, btSoftBody* b) noexcept;
   /// True if LazyCCD alone handles the contacts of a soft body and a rigid one, so that Bullet must

@@ -33,6 +33,7 @@ const Entry entries[] = {
     {"obey_collision_flags", &SolverOptions::obey_collision_flags},
     {"replace_rigid_contacts", &SolverOptions::replace_rigid_contacts},
     {"contact_cache", &SolverOptions::contact_cache},
+    {"fill_contact_lists", &SolverOptions::fill_contact_lists},
     {"rest_speed", &SolverOptions::rest_speed},
     {"rest_damping", &SolverOptions::rest_damping},
     {"strain_limit", &SolverOptions::strain_limit},

@@ -177,7 +177,7 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   move_other_nodes(solverdt);
   if (pipeline_->responded()) write_back();
   pipeline_->detect_ahead();
-  fill_soft_contact_lists(pipeline_->contacts());
+  if (pipeline_->options().fill_contact_lists) fill_soft_contact_lists(pipeline_->contacts());
 }
 
 // The last call of a step, so on_contacts may remove bodies.

@@ -89,6 +89,27 @@ TEST_CASE("applications find the nodes' contacts with rigid bodies in Bullet's o
   CHECK(listed > 1000);
 }
 
+TEST_CASE("without fill_contact_lists Bullet's own lists are empty, and all else stays the same") {
+  scenes::WorldOptions options = quiet_options(GENERATE(World::rigid, World::deformable));
+  options.lazyccd.fill_contact_lists = false;
+  Impact impact(options);
+  std::size_t contacts = 0;
+  for (int i = 0; i < 24; ++i) {
+    impact.world->step();
+    contacts += impact.world->contacts().size();
+    for (const auto& body : impact.world->bodies()) {
+      CHECK(body->m_scontacts.size() == 0);
+      CHECK(body->m_rcontacts.size() == 0);
+      CHECK(body->m_faceNodeContacts.size() == 0);
+      CHECK(body->m_nodeRigidContacts.size() == 0);
+    }
+  }
+  CHECK(contacts > 0);
+  const std::vector<btScalar> without = scenes::read_positions(*impact.world);
+  options.lazyccd.fill_contact_lists = true;
+  CHECK(run(options, false) == without);
+}
+
 TEST_CASE("a deformable body's list of face contacts has those with rigid bodies, if asked for") {
   const bool asks = GENERATE(true, false);
   const auto world = scenes::PhysicsWorld::make(quiet_options(World::deformable));

@@ -104,6 +104,11 @@ struct SolverOptions {
   /// surfaces. false: they are searched in each step. Nothing passes through in either case.
   bool contact_cache = true;
 
+  /// true: contacts stand in Bullet's own lists after the step, such as m_rcontacts. Only
+  /// applications read them. false: these lists stay empty, which takes less time; on_contacts and
+  /// contacts() have the contacts in either case.
+  bool fill_contact_lists = true;
+
   /// true: StepStats::energy_gained and energy_lost are measured, which reads all nodes twice more
   /// in each step. false: they stay 0. Nothing moves differently.
   bool measure_energy = false;
