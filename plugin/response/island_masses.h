@@ -8,8 +8,8 @@
 #include "lazyccd/threads.h"
 #include "motion/motion.h"
 #include "response/islands.h"
+#include "response/part_sums.h"
 #include "util/matrix.h"
-#include "util/part_sums.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

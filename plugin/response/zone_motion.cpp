@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "motion/rotation.h"
+#include "response/part_sums.h"
 #include "settings.h"
-#include "util/part_sums.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

@@ -340,8 +340,7 @@ void btLazyDeformableBodySolver::applyTransforms(btScalar timeStep) {
     record.body->m_faceNodeContacts.resize(0);
     record.body->m_faceNodeContactsCCD.resize(0);
   }
-  if (pipeline_->options().fill_contact_lists)
-    fill_deformable_contact_lists(pipeline_->contacts());
+  if (pipeline_->options().fill_contact_lists) fill_deformable_contact_lists(pipeline_->contacts());
   pipeline_->end_step();
 }
 

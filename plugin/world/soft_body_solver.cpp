@@ -16,10 +16,10 @@
 #include "report/bullet_contact_lists.h"
 #include "settings.h"
 #include "step/pipeline.h"
+#include "step/scene_links.h"
 #include "util/profile.h"
 #include "util/scratch_vector.h"
 #include "util/soft_body_nodes.h"
-#include "world/scene_links.h"
 #include "world/soft_body_dbvt.h"
 
 namespace lazyccd::bullet {

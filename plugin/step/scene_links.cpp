@@ -1,4 +1,4 @@
-#include "world/scene_links.h"
+#include "step/scene_links.h"
 
 #include <BulletSoftBody/btSoftBody.h>
 
