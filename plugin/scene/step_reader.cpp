@@ -59,7 +59,7 @@ StepReader::Changes StepReader::read_members(const Bodies& bodies, const Fill& f
       changes.topology = scene_.update(sleepers_, warnings_) || changes.topology;
     } while (!gather_soft(fill));
     find_sleeping_members();
-    changes.placed_bodies = sweep_prescribed_nodes();
+    sweep_prescribed_nodes(changes);
   } while (sleepers_.take_in(bodies, awake_bounds(), contact_distance()));
   find_obstacle_boxes();
   if (options_.collide_rigid &&
@@ -69,7 +69,7 @@ StepReader::Changes StepReader::read_members(const Bodies& bodies, const Fill& f
   }
   const ScratchVector<char> placed_obstacles = find_placed_obstacles();
   if (options_.untangling_speed > 0 &&
-      read_meshes_around(changes.placed_bodies, placed_obstacles) &&
+      read_meshes_around(changes.changed_bodies, placed_obstacles) &&
       obstacles_.update_regions(obstacle_boxes_, warnings_)) {
     obstacles_.read_triangles(starts_near_obstacles(), warnings_);
     changes.topology = true;
@@ -79,8 +79,9 @@ StepReader::Changes StepReader::read_members(const Bodies& bodies, const Fill& f
   gather_obstacles();
   update_resolution();
   for (const StepTopology::BodyRecord& body : topology_.bodies()) {
-    if (!body.soft && placed_obstacles[static_cast<std::size_t>(body.obstacle)])
-      changes.placed_bodies.push_back(topology_.index_of(body));
+    if (body.soft || !placed_obstacles[static_cast<std::size_t>(body.obstacle)]) continue;
+    changes.changed_bodies.push_back(topology_.index_of(body));
+    changes.placed_bodies.push_back(topology_.index_of(body));
   }
   return changes;
 }
@@ -192,36 +193,39 @@ double StepReader::depth_in_obstacles() const {
          (options_.thickness >= 0 ? options_.thickness : smallest_margin);
 }
 
-std::vector<std::int32_t> StepReader::sweep_prescribed_nodes() {
-  std::vector<std::int32_t> placed;
+void StepReader::sweep_prescribed_nodes(Changes& changes) {
+  changes.changed_bodies.clear();
+  changes.placed_bodies.clear();
   for (const SoftScene::BodyRecord& record : scene_.bodies()) {
     const std::vector<btScalar>* const last = previous_.end_of(record);
     const auto body = static_cast<std::int32_t>(index_of(record));
-    if (!last || scene_.is_changed(*record.body)) placed.push_back(body);
-    if (!last) continue;
-    const std::size_t count = last->size();
-    btScalar* const start = &motion_.start[3 * static_cast<std::size_t>(record.first_vertex)];
-    if (std::equal(start, start + count, last->begin())) continue;
-    bool free_moved = false;
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::size_t v = static_cast<std::size_t>(record.first_vertex) + i / 3;
-      free_moved = free_moved || (motion_.inverse_mass[v] > 0 && start[i] != (*last)[i]);
-    }
-    const bool jumped = free_moved || pinned_nodes_jumped(record, *last);
-    if (jumped && (placed.empty() || placed.back() != body)) placed.push_back(body);
-    // Where an application restores a state, soft bodies lie on bodies that it moved too.
-    if (free_moved) {
-      const btScalar gap = contact_distance();
-      obstacles_.let_driven_jump(bounds_[index_of(record)].expanded(btVector3(gap, gap, gap)));
-    }
-    if (jumped) continue;
-    AxisBox came_from = AxisBox::empty();
-    std::copy(last->begin(), last->end(), start);
-    for (std::size_t i = 0; i < count; i += 3)
-      came_from.add(btVector3(start[i], start[i + 1], start[i + 2]));
-    bounds_[index_of(record)].add(came_from);
+    const bool is_placed = !last || sweep_prescribed_nodes(record, *last);
+    if (is_placed) changes.placed_bodies.push_back(body);
+    if (is_placed || scene_.is_changed(*record.body)) changes.changed_bodies.push_back(body);
   }
-  return placed;
+}
+
+bool StepReader::sweep_prescribed_nodes(const SoftScene::BodyRecord& record,
+                                        const std::vector<btScalar>& last) {
+  btScalar* const start = &motion_.start[3 * static_cast<std::size_t>(record.first_vertex)];
+  if (std::equal(start, start + last.size(), last.begin())) return false;
+  bool free_moved = false;
+  for (std::size_t i = 0; i < last.size(); ++i) {
+    const std::size_t v = static_cast<std::size_t>(record.first_vertex) + i / 3;
+    free_moved = free_moved || (motion_.inverse_mass[v] > 0 && start[i] != last[i]);
+  }
+  // Where an application restores a state, soft bodies lie on bodies that it moved too.
+  if (free_moved) {
+    const btScalar gap = contact_distance();
+    obstacles_.let_driven_jump(bounds_[index_of(record)].expanded(btVector3(gap, gap, gap)));
+  }
+  if (free_moved || pinned_nodes_jumped(record, last)) return true;
+  AxisBox came_from = AxisBox::empty();
+  std::copy(last.begin(), last.end(), start);
+  for (std::size_t i = 0; i < last.size(); i += 3)
+    came_from.add(btVector3(start[i], start[i + 1], start[i + 2]));
+  bounds_[index_of(record)].add(came_from);
+  return false;
 }
 
 // True if a pinned node moved farther than its velocity, or twice the last step, and jump_speed
@@ -452,10 +456,10 @@ ScratchVector<char> StepReader::find_placed_obstacles() const {
   return placed;
 }
 
-bool StepReader::read_meshes_around(const std::vector<std::int32_t>& placed_bodies,
+bool StepReader::read_meshes_around(const std::vector<std::int32_t>& changed_bodies,
                                     Span<const char> placed_obstacles) {
   const auto is_set = [](char placed) { return placed != 0; };
-  if (placed_bodies.empty() &&
+  if (changed_bodies.empty() &&
       std::none_of(placed_obstacles.begin(), placed_obstacles.end(), is_set))
     return false;
   bool any = false;
@@ -463,9 +467,9 @@ bool StepReader::read_meshes_around(const std::vector<std::int32_t>& placed_bodi
     const Obstacles::Record& record = obstacles_.records()[i];
     if (obstacles_.reads_whole_mesh(record) || !is_cut_to_region(*record.shape)) continue;
     const auto is_around = [&](const SoftScene::BodyRecord& body) {
-      const bool is_placed =
-          placed_obstacles[i] != 0 || std::binary_search(placed_bodies.begin(), placed_bodies.end(),
-                                                         static_cast<std::int32_t>(index_of(body)));
+      const bool is_placed = placed_obstacles[i] != 0 ||
+                             std::binary_search(changed_bodies.begin(), changed_bodies.end(),
+                                                static_cast<std::int32_t>(index_of(body)));
       return is_placed && body.meets_rigid && may_collide(*body.body, *record.object) &&
              !scene_.refused_pairs().contains(*body.body, *record.object) &&
              may_be_inside(body, record);

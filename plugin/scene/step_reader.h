@@ -31,6 +31,8 @@ class StepReader {
     bool topology = false;  ///< indices, pair rules or margins changed
     /// Bodies that appeared, changed or were placed elsewhere, as sorted indices. The start may
     /// contain intersections with them that no motion caused.
+    std::vector<std::int32_t> changed_bodies;
+    /// Those of them that are not where the last step left them.
     std::vector<std::int32_t> placed_bodies;
   };
 
@@ -128,10 +130,13 @@ class StepReader {
   void exclude(std::int32_t vertex);
   // How far a node of the body may move in a step from `start`, metres.
   double longest_step(const SoftScene::BodyRecord& record, const btVector3& start) const;
-  // Pinned nodes that the application moved between steps start at their last end, so their path is
-  // tested. Returns the bodies that are new or were put elsewhere: their free nodes were moved too,
-  // or their pinned nodes jumped. The nodes of such a body start where they are.
-  std::vector<std::int32_t> sweep_prescribed_nodes();
+  // Finds the soft bodies that changed or were placed, and sweeps the pinned nodes of the others.
+  void sweep_prescribed_nodes(Changes& changes);
+  // Pinned nodes that the application moved between steps start at their `last` end, so their path
+  // is tested. Returns true if the body was put elsewhere instead: its free nodes were moved too,
+  // or its pinned nodes jumped. Then its nodes start where they are.
+  bool sweep_prescribed_nodes(const SoftScene::BodyRecord& record,
+                              const std::vector<btScalar>& last);
   bool pinned_nodes_jumped(const SoftScene::BodyRecord& record,
                            const std::vector<btScalar>& last) const;
   // Depth for tessellate(), metres: half the smallest thickness of contacts with obstacles. So at
@@ -158,8 +163,8 @@ class StepReader {
   // Obstacles::records(): nonzero for these.
   ScratchVector<char> find_placed_obstacles() const;
   // Reads the whole meshes around bodies that were placed, or that were placed around them. Returns
-  // true if there are such meshes. `placed_bodies`: soft bodies; `placed_obstacles`: as above.
-  bool read_meshes_around(const std::vector<std::int32_t>& placed_bodies,
+  // true if there are such meshes. `changed_bodies`: soft bodies; `placed_obstacles`: as above.
+  bool read_meshes_around(const std::vector<std::int32_t>& changed_bodies,
                           Span<const char> placed_obstacles);
   bool may_be_inside(const SoftScene::BodyRecord& body, const Obstacles::Record& obstacle) const;
   // The least thickness of contacts with coordinates up to `farthest`, metres.

@@ -256,12 +256,12 @@ void Pipeline::take_changes(const StepReader::Changes& changes) {
   touching_.begin_step();
   try {
     if (changes.topology || detector_.would_change(largest_thickness()))
-      set_topology(changes.placed_bodies);
-    find_embedded(changes.placed_bodies);
-    if (!changes.placed_bodies.empty()) {
-      for (const std::int32_t body : changes.placed_bodies) untangling_.place(body);
-      part_touching(changes.placed_bodies);
-      report_intersections(changes.placed_bodies);
+      set_topology(changes.changed_bodies);
+    find_embedded(changes.changed_bodies);
+    if (!changes.changed_bodies.empty()) {
+      for (const std::int32_t body : changes.changed_bodies) untangling_.place(body);
+      if (!changes.placed_bodies.empty()) part_touching(changes.placed_bodies);
+      report_intersections(changes.changed_bodies);
     }
   } catch (...) {
     reader_.invalidate_soft_bodies();
@@ -307,20 +307,20 @@ void Pipeline::set_topology(const std::vector<std::int32_t>& changed_bodies) {
   detector_.set_topology(numbers, changed_bodies);
 }
 
-void Pipeline::find_embedded(const std::vector<std::int32_t>& placed_bodies) {
-  if (!placed_bodies.empty()) {
+void Pipeline::find_embedded(const std::vector<std::int32_t>& changed_bodies) {
+  if (!changed_bodies.empty()) {
     const Topology view = topology().topology();
     const std::function<bool(std::int32_t)> responds = [this](std::int32_t body) {
       return topology().bodies()[body].responds;
     };
     const PairRules pair_rules(view, responds);
-    embedded_.find_pinned(topology(), motion(), placed_bodies,
+    embedded_.find_pinned(topology(), motion(), changed_bodies,
                           [&](std::int32_t body, std::int32_t obstacle) {
                             return pair_rules.collide(body, obstacle);
                           });
   }
   const bool has_changed = embedded_.forget_left(topology(), motion());
-  if (has_changed || !placed_bodies.empty())
+  if (has_changed || !changed_bodies.empty())
     filter_.set_embedded(embedded_.parts(), embedded_.pinned());
 }
 
@@ -416,10 +416,10 @@ std::vector<Contact> Pipeline::remove_passable(std::vector<Contact> contacts) co
 }
 
 // Other bodies intersect only where contacts were left over, or where that was given up before.
-void Pipeline::report_intersections(const std::vector<std::int32_t>& placed_bodies) {
+void Pipeline::report_intersections(const std::vector<std::int32_t>& changed_bodies) {
   const bool others_may_intersect = untangling_.is_in_progress() || total_.unresolved > 0;
   const Untangling::Found found =
-      find_intersections(others_may_intersect ? nullptr : &placed_bodies);
+      find_intersections(others_may_intersect ? nullptr : &changed_bodies);
   update_trapped(found);
   step_.initial_intersections = static_cast<std::int64_t>(found.intersections.pairs.size());
   if (found.empty()) return;

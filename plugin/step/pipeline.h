@@ -123,15 +123,15 @@ class Pipeline {
   // if it did; the step must be detected again then.
   bool reread_obstacles_if_left();
   void set_topology(const std::vector<std::int32_t>& changed_bodies);
-  // Finds the pinned nodes inside of bodies that nothing moves, around bodies that were placed.
-  void find_embedded(const std::vector<std::int32_t>& placed_bodies);
+  // Finds the pinned nodes inside of bodies that nothing moves, around these bodies.
+  void find_embedded(const std::vector<std::int32_t>& changed_bodies);
   // Takes the nodes that have no way out of an obstacle.
   void update_trapped(const Untangling::Found& found);
   // Edges that pass through faces at the start of the step. `of_bodies`: as for
   // bullet::find_intersections(), here and below.
   Intersections find_piercing(const std::vector<std::int32_t>* of_bodies) const;
   Untangling::Found find_intersections(const std::vector<std::int32_t>* of_bodies = nullptr) const;
-  void report_intersections(const std::vector<std::int32_t>& placed_bodies);
+  void report_intersections(const std::vector<std::int32_t>& changed_bodies);
   // Parts what touches one of these bodies.
   void part_touching(const std::vector<std::int32_t>& of_bodies);
   NearContacts find_near_contacts();

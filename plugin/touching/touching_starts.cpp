@@ -162,6 +162,11 @@ void TouchingStarts::part(const StepTopology& topology, Span<const Edge> edges,
     bool any_moved = false;
     for (std::int32_t v = 0; v < motion.soft_count(); ++v) {
       if (!is_moved[v]) continue;
+      // Many pairs together may ask for more than the shape of the body allows, as each alone may.
+      if ((x[v] - Motion::read(parted.start, v)).norm() >= motion.shortest_edge[v]) {
+        x[v] = motion.start_of(v);
+        continue;
+      }
       any_moved = true;
       move_vertex(v, x[v], motion);
       x[v] = motion.start_of(v);

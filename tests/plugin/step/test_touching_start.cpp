@@ -1,5 +1,6 @@
 // Bodies that start exactly at each other's surface, or inside by less than rounding.
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 
 #include <algorithm>
 #include <cmath>
@@ -180,6 +181,36 @@ TEST_CASE("position correction does not lift what rests") {
     CHECK(rest.highest < gap + 1e-4);
     CHECK(rest.lowest > 0);
   }
+}
+
+// The triangles of the plane are large and tilted, so that its gaps are rounded most.
+TEST_CASE("a body whose masses change stays on its side of what it touches") {
+  const World kind = GENERATE(World::rigid, World::deformable);
+  const double side = GENERATE(1.0, -1.0);  // above the plane, or below it, where it stays too
+  CAPTURE(kind == World::rigid, side);
+  bullet::SolverOptions options = one_thread();
+  options.untangling_speed = 0;
+  ObstacleWorld world(kind, 0, options);
+  const btVector3 normal = btVector3(3, 4, 1).normalized();
+  world.add(std::make_unique<btStaticPlaneShape>(normal, btScalar(0)), btVector3(0, 0, 0), 0, 0);
+  const btVector3 u_axis = normal.cross(btVector3(0, 0, 1)).normalized(),
+                  v_axis = normal.cross(u_axis);
+  const auto cloth_at = [&](double height) {
+    return scenes::make_cloth(world.info(), 5, 5, 0.2, [=](double u, double v) {
+      return static_cast<btScalar>(u) * u_axis + static_cast<btScalar>(v) * v_axis +
+             static_cast<btScalar>(height) * normal;
+    });
+  };
+  btSoftBody* const cloth = world.add(cloth_at(0.01 * side), 0);
+  btSoftBody* const far_away = world.add(cloth_at(100), 0);  // makes the triangle large
+  for (int i = 0; i < 30; ++i) {
+    cloth->setVelocity(static_cast<btScalar>(-side) * normal);
+    far_away->setVelocity(50 * v_axis);
+    world.steps(1, 1.0 / 240);
+    cloth->setTotalMass(static_cast<btScalar>(0.2 + 0.01 * i));
+  }
+  for (int k = 0; k < cloth->m_nodes.size(); ++k)
+    CHECK(side * static_cast<double>(normal.dot(cloth->m_nodes[k].m_x)) > -1e-6);
 }
 
 TEST_CASE("random starts at a distance of zero") {
