@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "lazyccd/bullet/precision.h"
+#include "lazyccd/span.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
