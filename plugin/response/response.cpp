@@ -30,7 +30,7 @@ void let_motors_give_way(const RowIslands& islands, Motion& motion) {
 }
 
 bool are_disjoint(Span<const Island> islands, const Motion& motion) {
-  std::vector<char> is_in(motion.rigid_of_body.size(), 0);
+  ScratchVector<char> is_in(motion.rigid_of_body.size(), 0);
   for (const Island& island : islands)
     for (const std::int32_t body : island.bodies)
       if (is_in[body]++ != 0) return false;

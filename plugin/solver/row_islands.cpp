@@ -29,7 +29,7 @@ std::int32_t body_of_vertex(std::int32_t vertex, const Motion& motion) {
 
 // Whether each row that can act is in one island, with all that it moves.
 bool are_disjoint(const RowIslands& islands, const RowList& rows) {
-  std::vector<char> is_in(rows.size(), 0);
+  ScratchVector<char> is_in(rows.size(), 0);
   for (std::size_t island = 0; island < islands.count(); ++island) {
     for (const std::int32_t row : islands.rows_of(island)) {
       if (is_in[row]++ != 0) return false;
