@@ -3,6 +3,7 @@
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <functional>
 #include <limits>
 #include <utility>
@@ -43,58 +44,33 @@ Manifolds loaded_manifolds(btDispatcher& dispatcher, Span<const int> islands) {
 class Levels {
  public:
   explicit Levels(const Manifolds& loaded) {
-    for (const btPersistentManifold* const manifold : loaded) {
-      neighbours_.push_back({manifold->getBody0(), manifold->getBody1()});
-      neighbours_.push_back({manifold->getBody1(), manifold->getBody0()});
-    }
-    std::sort(neighbours_.begin(), neighbours_.end(), is_before);
-    for (const Pair& pair : neighbours_)
-      if (objects_.empty() || objects_.back() != pair.first) objects_.push_back(pair.first);
-    levels_.assign(objects_.size(), none);
-    find();
-  }
-
-  /// `none` for a body from which no contacts lead there.
-  int of(Object object) const {
-    const auto found = std::lower_bound(objects_.begin(), objects_.end(), object, std::less<>());
-    return found != objects_.end() && *found == object ? levels_[index_of(found)] : none;
-  }
-
- private:
-  using Pair = std::pair<Object, Object>;
-  using Objects = ScratchVector<Object>;
-  static constexpr int none = std::numeric_limits<int>::max();
-
-  static bool is_before(const Pair& x, const Pair& y) { return std::less<>()(x.first, y.first); }
-  std::size_t index_of(Objects::const_iterator object) const {
-    return static_cast<std::size_t>(object - objects_.begin());
-  }
-
-  // Breadth first, from static and kinematic bodies upward.
-  void find() {
-    Objects next;
-    for (auto object = objects_.begin(); object != objects_.end(); ++object) {
-      if (is_movable(**object)) continue;
-      levels_[index_of(object)] = 0;
-      next.push_back(*object);
-    }
-    for (std::size_t i = 0; i < next.size(); ++i) {
-      const int level = of(next[i]) + 1;
-      const auto range = std::equal_range(neighbours_.begin(), neighbours_.end(),
-                                          Pair(next[i], nullptr), is_before);
-      for (auto pair = range.first; pair != range.second; ++pair) {
-        const auto above =
-            std::lower_bound(objects_.cbegin(), objects_.cend(), pair->second, std::less<>());
-        if (levels_[index_of(above)] != none) continue;
-        levels_[index_of(above)] = level;
-        next.push_back(*above);
+    for (const btPersistentManifold* const manifold : loaded)
+      for (const Object object : {manifold->getBody0(), manifold->getBody1()})
+        levels_.push_back({object, is_movable(*object) ? none : 0});
+    std::sort(levels_.begin(), levels_.end(), is_before);
+    levels_.erase(std::unique(levels_.begin(), levels_.end()), levels_.end());
+    for (bool any = true; any;) {  // once for each level
+      any = false;
+      for (const btPersistentManifold* const manifold : loaded) {
+        int &first = of(manifold->getBody0()), &second = of(manifold->getBody1());
+        any = any || std::abs(first - second) > 1;
+        first = std::min(first, second + 1);
+        second = std::min(second, first + 1);
       }
     }
   }
 
-  ScratchVector<Pair> neighbours_;  // bodies that touch, in both orders; sorted
-  Objects objects_;                 // sorted
-  ScratchVector<int> levels_;       // by object
+  /// Of a body of these manifolds. The same large number where no contacts lead there.
+  int& of(Object object) {
+    return std::lower_bound(levels_.begin(), levels_.end(), Level(object, 0), is_before)->second;
+  }
+
+ private:
+  using Level = std::pair<Object, int>;
+  static constexpr int none = std::numeric_limits<int>::max() - 1;
+  static bool is_before(const Level& x, const Level& y) { return std::less<>()(x.first, y.first); }
+
+  ScratchVector<Level> levels_;  // sorted
 };
 
 // `sign`: -1 if the body is the manifold's second one, as its normals point to the first one.
@@ -133,7 +109,7 @@ void find_supports(btDispatcher& dispatcher, Motion& motion) {
             [](const auto& x, const auto& y) { return std::less<>()(x.first, y.first); });
   std::sort(islands.begin(), islands.end());
   const Manifolds loaded = loaded_manifolds(dispatcher, islands);
-  const Levels levels(loaded);
+  Levels levels(loaded);
   for (const btPersistentManifold* const manifold : loaded) {
     const Object first = manifold->getBody0(), second = manifold->getBody1();
     const int first_level = levels.of(first), second_level = levels.of(second);

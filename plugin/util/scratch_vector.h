@@ -1,5 +1,5 @@
-// Vectors that a function needs only while it runs. Their memory is kept for the next ones, so that
-// a step allocates nothing once it is warm.
+// Vectors that a step needs for a while. Their memory is kept for the next ones, so that a step
+// allocates nothing once it is warm.
 #pragma once
 
 #include <array>
@@ -14,36 +14,53 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 /// Free blocks of memory of each thread, by size: powers of two, bytes. They are returned to the
-/// system when the thread ends.
+/// system when the thread ends. A thread keeps no more blocks than it has taken, so none pile up
+/// where vectors are made on one thread and end on another.
 class ScratchBlocks {
  public:
   static void* take(std::size_t bytes) {
-    Block*& first = of_this_thread().free[size_class(bytes)];
-    if (!first) return ::operator new (std::size_t{1} << size_class(bytes));
-    return std::exchange(first, first->next);
+    if (is_sanitized) return ::operator new(bytes);
+    SizeClass& blocks = of_this_thread().classes[size_class(bytes)];
+    ++blocks.taken;
+    if (!blocks.first) return ::operator new (std::size_t{1} << size_class(bytes));
+    return std::exchange(blocks.first, blocks.first->next);
   }
   static void give_back(void* memory, std::size_t bytes) noexcept {
     Lists& lists = of_this_thread();
-    if (lists.have_ended) return ::operator delete(memory);
+    SizeClass& blocks = lists.classes[size_class(bytes)];
+    if (is_sanitized || lists.have_ended || blocks.taken == 0) return ::operator delete(memory);
     static thread_local const Owner owner{lists};
-    Block*& first = lists.free[size_class(bytes)];
-    first = new (memory) Block{first};
+    --blocks.taken;
+    blocks.first = new (memory) Block{blocks.first};
   }
 
  private:
+  // With the address sanitizer each vector has memory of its own, of its exact size.
+#if defined(__SANITIZE_ADDRESS__)
+  static constexpr bool is_sanitized = true;
+#elif defined(__has_feature)
+  static constexpr bool is_sanitized = __has_feature(address_sanitizer);
+#else
+  static constexpr bool is_sanitized = false;
+#endif
+
   struct Block {
     Block* next;
   };
+  struct SizeClass {
+    Block* first;
+    std::size_t taken;  // and not given back on this thread
+  };
   // Trivial, so that what lives longer than the owner may still ask it.
   struct Lists {
-    std::array<Block*, 64> free;
+    std::array<SizeClass, 64> classes;
     bool have_ended;
   };
   struct Owner {
     Lists& lists;
     ~Owner() {
-      for (Block*& first : lists.free)
-        while (first) ::operator delete(std::exchange(first, first->next));
+      for (SizeClass& blocks : lists.classes)
+        while (blocks.first) ::operator delete(std::exchange(blocks.first, blocks.first->next));
       lists.have_ended = true;
     }
   };
@@ -59,7 +76,7 @@ class ScratchBlocks {
   }
 };
 
-/// Allocator of scratch vectors. A block may be given back on another thread; it stays there.
+/// Allocator of scratch vectors.
 template <class T>
 struct ScratchAllocator {
   using value_type = T;
