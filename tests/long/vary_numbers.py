@@ -1,16 +1,18 @@
 """What each number of plugin/settings.h is for: halves and doubles it, and says which scene fails then.
 
   python3 tests/long/vary_numbers.py build                         # into build/numbers, after each change of the code
-  python3 tests/long/vary_numbers.py run FOLDER CSV NAMESPACE...   # FOLDER: build/numbers/bin
+  python3 tests/long/vary_numbers.py run FOLDER CSV NAME...        # FOLDER: build/numbers/bin
 
 The build is the ordinary one, but for settings.h: its numbers are read from the environment when a program starts.
 Scenes: quick tests of the adapter, behaviour scenes, links at 1/60 s (lazyccd_stretch), all in single precision.
 """
 import argparse
 import concurrent.futures
+import contextlib
 import csv
 import math
 import os
+import queue
 import re
 import shutil
 import subprocess
@@ -26,8 +28,9 @@ PROGRAMS = ["tests/lazyccd_tests_bullet", "tests/lazyccd_stretch", "examples/ben
 LEFT_OUT = ["random starts at a distance*", "the motion of every scene*", "cloth that is pressed for many steps*"]
 # Constants at compile time: sizes of arrays, shapes.
 FIXED = ["solver.max_open_batches", "solver.max_layers", "solver.morton_bits_per_axis", "solver.split_gap_fraction",
-         "shapes.cylinder_end", "shapes.cylinder_side", "shapes.exit_tolerance", "shapes.plane_square_ratio"]
-DECLARATION = re.compile(r"inline constexpr (double|float|int) ([^;{}]+);")
+         "shapes.cylinder_end", "shapes.cylinder_side", "shapes.exit_tolerance", "shapes.max_convex_sides",
+         "shapes.max_convex_vertices", "shapes.plane_square_ratio"]
+DECLARATION = re.compile(r"inline constexpr (double|float|int|std::\w+_t) ([^;{}]+);")
 
 
 # Put before the numbers. The environment has a factor for each that is to change.
@@ -57,13 +60,14 @@ def for_each_namespace(settings, change):
                   lambda found: f"{found[1]} {{{change(found[1], found[2])}", settings, flags=re.S)
 
 
-def numbers_of(settings, namespaces):
+def numbers_of(settings, names):
     """Name and value of each number that may change, as they stand in settings.h."""
     numbers = []
 
     def collect(namespace, text):
         numbers.extend((f"{namespace}.{name}", value) for declaration in DECLARATION.finditer(text)
-                       for name, value in names_and_values(declaration) if not namespaces or namespace in namespaces)
+                       for name, value in names_and_values(declaration)
+                       if not names or namespace in names or f"{namespace}.{name}" in names)
         return text
 
     for_each_namespace(settings, collect)
@@ -103,12 +107,23 @@ def build():
         shutil.copy(BUILD / "cpu" / program, BUILD / "bin")
 
 
-def failures(folder, environment):
-    """Names of what fails, and how long links get: geometric mean over the scenes."""
-    with tempfile.TemporaryDirectory() as scratch:
+@contextlib.contextmanager
+def taken_from(values):
+    value = values.get()
+    try:
+        yield value
+    finally:
+        values.put(value)
+
+
+def failures(folder, environment, processors):
+    """Names of what fails, and how long links get: geometric mean over the scenes. Takes a processor of the queue, so
+    that programs do not share theirs with the threads of others."""
+    with tempfile.TemporaryDirectory() as scratch, taken_from(processors) as processor:
         def run(program, *options):
-            return subprocess.run([Path(folder).resolve() / program, *options], env={**os.environ, **environment},
-                                  capture_output=True, text=True, cwd=scratch, timeout=1500)
+            return subprocess.run(["taskset", "-c", str(processor), Path(folder).resolve() / program, *options],
+                                  env={**os.environ, **environment}, capture_output=True, text=True, cwd=scratch,
+                                  timeout=1500)
 
         failed = set()
         report = f"{scratch}/tests.xml"
@@ -135,11 +150,15 @@ def failures(folder, environment):
     return failed, math.exp(sum(map(math.log, lengths)) / len(lengths))
 
 
-def run(folder, path, namespaces, jobs):
-    numbers = numbers_of((ROOT / "plugin/settings.h").read_text(), namespaces)
+def run(folder, path, names, jobs):
+    numbers = numbers_of((ROOT / "plugin/settings.h").read_text(), names)
+    processors = queue.Queue()
+    for processor in sorted(os.sched_getaffinity(0))[:jobs]:
+        processors.put(processor)
     tasks = [("unchanged", "", "1")] + [(*number, factor) for number in numbers for factor in ("0.5", "2")]
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool, open(path, "w", newline="") as file:
-        results = pool.map(lambda task: failures(folder, {"LAZYCCD_QUICK_TESTS": "1", task[0]: task[2]}), tasks)
+        results = pool.map(lambda task: failures(folder, {"LAZYCCD_QUICK_TESTS": "1", task[0]: task[2]},
+                                                   processors), tasks)
         out = csv.writer(file, lineterminator="\n")
         out.writerow(["number", "value", "times", "what fails", "links, ratio of their lengths"])
         failed_before, length_before = set(), None
@@ -158,7 +177,7 @@ if __name__ == "__main__":
     runs = commands.add_parser("run", help="run them with each number halved and doubled")
     runs.add_argument("folder", help="where the programs are")
     runs.add_argument("csv")
-    runs.add_argument("namespaces", nargs="*", help="of settings.h; all without")
+    runs.add_argument("names", nargs="*", help="of namespaces or numbers of settings.h; all without")
     runs.add_argument("--jobs", type=int, default=os.cpu_count())
     args = parser.parse_args()
-    sys.exit(build() if args.command == "build" else run(args.folder, args.csv, args.namespaces, args.jobs))
+    sys.exit(build() if args.command == "build" else run(args.folder, args.csv, args.names, args.jobs))
