@@ -91,7 +91,7 @@ void NearContactSelector::evaluate(Span<const Contact> contacts, const Motion& m
 
 void NearContactSelector::evaluate_range(Span<const Contact> found, std::size_t first,
                                          std::size_t last, const ContactFilter& filter,
-                                         const MayAct& may_act, const Motion& motion) {
+                                         const Motion& motion) {
   BodyPairData bodies;
   RowEstimateLanes lanes = {};
   bool any_responds = false;
@@ -106,9 +106,11 @@ void NearContactSelector::evaluate_range(Span<const Contact> found, std::size_t 
     const Contact& contact = found[i];
     ReductionEntry& entry = entries_[i];
     entry.key.kind = ConstraintKey::none;
-    if (filter.decide(contact) != ContactFilter::Decision::respond) continue;
+    const ContactFilter::Verdict verdict = filter.verdict(contact);
+    if (verdict == ContactFilter::Verdict::report_only || verdict == ContactFilter::Verdict::ignore)
+      continue;
     any_responds = true;
-    if (may_act && !may_act(contact)) continue;
+    if (verdict != ContactFilter::Verdict::act) continue;
     entry.gap = std::sqrt(lanes.gap_squared[lane]);
     if (is_irrelevant(contact, lanes.thickness[lane], entry.gap, lanes.gap_dot[lane], motion))
       continue;
@@ -145,8 +147,7 @@ void NearContactSelector::remember(const std::vector<LastImpulses::Pair>& pairs)
 }
 
 NearContacts NearContactSelector::select(Span<const Contact> found, const ContactFilter& filter,
-                                         const MayAct& may_act, const Motion& motion,
-                                         const Threads& threads) {
+                                         const Motion& motion, const Threads& threads) {
   LAZYCCD_BT_PROFILE("select");
   LAZYCCD_ASSERT(are_sorted(found), "contacts to select from are sorted, none twice");
   LAZYCCD_ASSERT(std::is_sorted(selected_.begin(), selected_.end()),
@@ -157,7 +158,7 @@ NearContacts NearContactSelector::select(Span<const Contact> found, const Contac
   any_responds_.store(false, std::memory_order_relaxed);
   constexpr std::size_t grain = 512;  // pairs; more work than it costs to distribute them
   threads.parallel_for(found.size(), grain, [&](std::size_t first, std::size_t last) {
-    evaluate_range(found, first, last, filter, may_act, motion);
+    evaluate_range(found, first, last, filter, motion);
   });
   reduction_.reduce(entries_, threads);
   hidden_.drop({found, estimates_}, motion, threads, entries_);
@@ -194,8 +195,7 @@ void NearContactSelector::take_selected(Span<const Contact> found, const Threads
   });
 }
 
-NearContacts NearContactSelector::evaluate_all(Span<const Contact> found, const MayAct& may_act,
-                                               const Motion& motion) {
+NearContacts NearContactSelector::evaluate_all(Span<const Contact> found, const Motion& motion) {
   BodyPairData bodies;
   RowEstimateLanes lanes = {};
   estimates_.resize(found.size());
@@ -203,8 +203,6 @@ NearContacts NearContactSelector::evaluate_all(Span<const Contact> found, const 
     const Span<const Contact> batch(&found[i], std::min(lane_count, found.size() - i));
     evaluate(batch, motion, bodies, lanes, &estimates_[i]);
   }
-  for (std::size_t i = 0; may_act && i < found.size(); ++i)
-    estimates_[i].can_act = estimates_[i].can_act && may_act(found[i]);
   return {found, estimates_};
 }
 

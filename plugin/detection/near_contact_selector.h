@@ -4,11 +4,9 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
-#include <functional>
 #include <utility>
 #include <vector>
 
-#include "contact/contact_filter.h"
 #include "contact/contact_renumbering.h"
 #include "contact/last_impulses.h"
 #include "contact/near_contacts.h"
@@ -16,6 +14,7 @@
 #include "detection/contact_reduction.h"
 #include "detection/hidden_contacts.h"
 #include "detection/row_estimate_kernels.h"
+#include "filter/contact_filter.h"
 #include "lazyccd/contact.h"
 #include "lazyccd/span.h"
 #include "lazyccd/threads.h"
@@ -44,20 +43,17 @@ class NearContactSelector {
         position_correction_(position_correction),
         hidden_(std::move(stop_each_other)) {}
 
-  /// Whether the response may act on a pair. Empty: on each.
-  using MayAct = std::function<bool(const Contact&)>;
-
-  /// Selects pairs from `found`, which is sorted. A pair is selected if the filter lets it respond,
-  /// if it may act, and if it approaches in the step or lies within distance_factor of its own
-  /// thickness. If several pairs constrain nearly the same points, it selects one, and none of
-  /// those that others hide. All other pairs get can_act = false. Calls the filter once for each
-  /// pair, on several threads. The result is valid until the next call, and as long as `found` is.
-  NearContacts select(Span<const Contact> found, const ContactFilter& filter, const MayAct& may_act,
-                      const Motion& motion, const Threads& threads);
-  /// True if the filter lets any pair of the last select() respond.
+  /// Selects pairs from `found`, which is sorted. A pair is selected if the filter lets it act, and
+  /// if it approaches in the step or lies within distance_factor of its own thickness. If several
+  /// pairs constrain nearly the same points, it selects one, and none of those that others hide.
+  /// All other pairs get can_act = false. Calls the filter once for each pair, on several threads.
+  /// The result is valid until the next call, and as long as `found` is.
+  NearContacts select(Span<const Contact> found, const ContactFilter& filter, const Motion& motion,
+                      const Threads& threads);
+  /// True if any pair of the last select() acts, rests or passes.
   bool any_responds() const { return any_responds_.load(std::memory_order_relaxed); }
-  /// Evaluates all pairs and deselects only those that may not act.
-  NearContacts evaluate_all(Span<const Contact> found, const MayAct& may_act, const Motion& motion);
+  /// Evaluates all pairs and selects them.
+  NearContacts evaluate_all(Span<const Contact> found, const Motion& motion);
 
   /// Call when nothing was near.
   void forget() { selected_.clear(); }
@@ -85,7 +81,7 @@ class NearContactSelector {
                 RowEstimateLanes& lanes, RowEstimate* estimates) const;
   /// Evaluates found[first] to found[last - 1], filters them and makes their keys.
   void evaluate_range(Span<const Contact> found, std::size_t first, std::size_t last,
-                      const ContactFilter& filter, const MayAct& may_act, const Motion& motion);
+                      const ContactFilter& filter, const Motion& motion);
   /// Deselects the pairs that were dropped, and sets selected_ to the others.
   void take_selected(Span<const Contact> found, const Threads& threads);
 

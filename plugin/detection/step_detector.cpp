@@ -258,7 +258,7 @@ std::vector<Contact> StepDetector::touching(const Positions& start, const Positi
                                         : touching_detector().detect(start, end);
   if (near_detector_ || counts_.detections == 0) record_report_only(found);
   ++counts_.detections;
-  std::vector<Contact> contacts = keep_responding(found);
+  std::vector<Contact> contacts = keep_acting(found);
   report_only_is_known_ = contacts.empty() && is_end_of_motion(end);
   if (is_end_of_motion(end)) note_seen_end();
   counts_.ms_detect += watch.lap();
@@ -291,14 +291,13 @@ bool StepDetector::only_near_can_touch(const Positions& end) const {
           motion_.deviates_less_than(topology_.topology().bodies, separation_, self_distances_));
 }
 
-NearContacts StepDetector::detect_near(LastImpulses& last_impulses, const MayAct& may_act) {
+NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
   LAZYCCD_BT_PROFILE("detect");
   if (!near_detector_) {
     touching_pairs_ = touching(motion_.starts(), motion_.ends());
     last_impulses.match(touching_pairs_);
     found_any_ = !touching_pairs_.empty();
-    filter_.set_end_changed(found_any_);
-    return selector_.evaluate_all(touching_pairs_, may_act, motion_);
+    return selector_.evaluate_all(touching_pairs_, motion_);
   }
   Stopwatch watch;
   Span<const Contact> near;
@@ -326,7 +325,7 @@ NearContacts StepDetector::detect_near(LastImpulses& last_impulses, const MayAct
     last_impulses.match(near);
     selector_.remember(last_impulses.pairs());
   }
-  const NearContacts selected = selector_.select(near, filter_, may_act, motion_, threads_);
+  const NearContacts selected = selector_.select(near, filter_, motion_, threads_);
   found_any_ = selector_.any_responds();
   if (!found_any_ && (any_near || !simple_contacts_.are_clear(false))) {
     // Contact reduction reports one pair for several. Even if the response does not act on the
@@ -335,9 +334,8 @@ NearContacts StepDetector::detect_near(LastImpulses& last_impulses, const MayAct
     const Span<const Contact> found = recheck(motion_.starts(), motion_.ends());
     record_report_only(found);
     ++counts_.detections;
-    found_any_ = !keep_responding(found).empty();
+    found_any_ = !keep_acting(found).empty();
   }
-  filter_.set_end_changed(found_any_);
   report_only_is_known_ = !found_any_;
   note_seen_end();
   counts_.ms_detect += watch.lap();
@@ -393,10 +391,12 @@ Span<const double> StepDetector::found_distances() {
   return found_distances_;
 }
 
-std::vector<Contact> StepDetector::keep_responding(Span<const Contact> contacts) const {
+std::vector<Contact> StepDetector::keep_acting(Span<const Contact> contacts) const {
   std::vector<Contact> result;
   for (const Contact& contact : contacts) {
-    if (filter_.decide(contact) == ContactFilter::Decision::respond) result.push_back(contact);
+    const ContactFilter::Verdict verdict = filter_.verdict(contact);
+    if (verdict == ContactFilter::Verdict::act || verdict == ContactFilter::Verdict::rest)
+      result.push_back(contact);
   }
   return result;
 }
@@ -404,19 +404,14 @@ std::vector<Contact> StepDetector::keep_responding(Span<const Contact> contacts)
 void StepDetector::record_report_only(Span<const Contact> contacts) {
   report_only_contacts_.clear();
   for (const Contact& contact : contacts) {
-    if (filter_.decide(contact) == ContactFilter::Decision::report_only)
+    if (filter_.verdict(contact) == ContactFilter::Verdict::report_only)
       report_only_contacts_.push_back(contact);
   }
 }
 
 void StepDetector::find_report_only_contacts() {
   if (!near_detector_ || report_only_is_known_) return;
-  report_only_contacts_.clear();
-  for (const Contact& contact : recheck(motion_.starts(), motion_.ends())) {
-    if (!filter_.is_anchored(contact) &&
-        !(filter_.bodies_respond(contact) && filter_.has_response_as_predicted(contact)))
-      report_only_contacts_.push_back(contact);
-  }
+  record_report_only(recheck(motion_.starts(), motion_.ends()));
 }
 
 std::int64_t StepDetector::count_passed_over() const {

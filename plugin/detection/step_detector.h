@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "contact/contact_cache.h"
-#include "contact/contact_filter.h"
 #include "contact/contact_renumbering.h"
 #include "contact/pair_surfaces.h"
 #include "detection/motion_prediction.h"
 #include "detection/near_contact_selector.h"
+#include "filter/contact_filter.h"
 #include "lazyccd/bullet/report.h"
 #include "lazyccd/debug/assert.h"
 #include "lazyccd/detector.h"
@@ -57,11 +57,8 @@ class StepDetector {
   /// settings::detection::distance_factor times the thickness. Pairs that are redundant, that
   /// need no constraint, or on which the response does not act are not selected: they have can_act
   /// = false. Valid until the next detect_near(), detect_ahead() or set_topology().
-  /// `last_impulses` get new indices if they need them; their pairs are then preferred. Pairs for
-  /// which `may_act` is false are not selected; if it is empty, each may act. It is called on
-  /// several threads.
-  using MayAct = NearContactSelector::MayAct;
-  NearContacts detect_near(LastImpulses& last_impulses, const MayAct& may_act);
+  /// `last_impulses` get new indices if they need them; their pairs are then preferred.
+  NearContacts detect_near(LastImpulses& last_impulses);
   /// Call in place of detect_near() if no two bodies come within separation() of each other.
   /// Forgets what was kept of the last step.
   void forget_near() {
@@ -74,7 +71,7 @@ class StepDetector {
   /// True if the response acts on any pair that the last detect_near() found.
   bool found_any() const { return found_any_; }
   /// Returns the pairs that touch in the motion from `start` to `end` and on which the response
-  /// acts.
+  /// acts, also those of bodies at rest.
   std::vector<Contact> touching(const Positions& start, const Positions& end);
   /// Returns all pairs that touch in any motion of the step's vertices, also those on which the
   /// response does not act. Valid until the next detection.
@@ -146,7 +143,7 @@ class StepDetector {
     return near_detector_ ? near_detector_.get() : touching_detector_.get();
   }
   /// Returns the contacts on which the response acts.
-  std::vector<Contact> keep_responding(Span<const Contact> contacts) const;
+  std::vector<Contact> keep_acting(Span<const Contact> contacts) const;
   /// Sets report_only_contacts_ to those of `contacts` that are only reported.
   void record_report_only(Span<const Contact> contacts);
 

@@ -18,8 +18,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "contact/contact_filter.h"
 #include "contact/pair_surfaces.h"
+#include "filter/contact_filter.h"
 #include "lazyccd/contact.h"
 #include "motion/motion.h"
 #include "obstacles/moving_core.h"

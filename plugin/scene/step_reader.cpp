@@ -165,12 +165,10 @@ bool StepReader::stands_still(const SoftScene::BodyRecord& record) const {
 
 void StepReader::find_sleeping_members() {
   at_rest_.assign(scene_.bodies().size(), 0);
-  any_sleeper_takes_part_ = false;
   auto member = sleepers_.members().begin();
   for (std::size_t i = 0; i < scene_.bodies().size(); ++i) {
     while (member->body != scene_.bodies()[i].body) ++member;
     at_rest_[i] = member->sleeps;
-    any_sleeper_takes_part_ = any_sleeper_takes_part_ || at_rest_[i];
   }
 }
 

@@ -98,11 +98,10 @@ class StepReader {
 
   const SoftScene& scene() const { return scene_; }
   const Sleepers& sleepers() const { return sleepers_; }
-  /// True if nothing but a contact moves this body of the topology in the step: a soft body or a
-  /// dynamic rigid one that sleeps, or an obstacle that stands still.
-  bool is_at_rest(std::int32_t body) const { return at_rest_[static_cast<std::size_t>(body)]; }
-  /// True if a soft body of the topology sleeps.
-  bool any_sleeper_takes_part() const { return any_sleeper_takes_part_; }
+  /// By body of the topology: 1 if nothing but a contact moves it in the step. So it is a soft body
+  /// or a dynamic rigid one that sleeps, or an obstacle that stands still. Valid until the next
+  /// read.
+  Span<const char> at_rest() const { return at_rest_; }
   const StepTopology& topology() const { return topology_; }
   Motion& motion() { return motion_; }
   const Motion& motion() const { return motion_; }
@@ -185,7 +184,6 @@ class StepReader {
   PreviousStep previous_;
   std::vector<AxisBox> bounds_;  // of each body's motion, in the topology's order
   std::vector<char> at_rest_;    // of each body, in the topology's order
-  bool any_sleeper_takes_part_ = false;
   // Of each soft body that collides with obstacles: bounds of its motion, and the largest margin.
   Obstacles::Boxes obstacle_boxes_;
 };

@@ -48,7 +48,7 @@ Pipeline::Pipeline(const CheckedOptions& checked, WorldKind world)
       thread_choice_(threads_, options_.detector.threads <= 0),
       reader_(options_, warnings_, threads_),
       surfaces_(options_, world),
-      filter_(reader_.scene(), reader_.topology(), reader_.motion(), surfaces_),
+      filter_(reader_.scene(), reader_.topology(), reader_.motion(), surfaces_, untangling_),
       detector_(options_.detector, threads_, filter_, reader_.topology(), reader_.motion(),
                 surfaces_, options_.position_correction, options_.contact_cache),
       response_(options_, surfaces_, threads_) {
@@ -175,7 +175,7 @@ bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill, const Link
 void Pipeline::resolve_contacts(const LinkSolver& links,
                                 const std::function<void()>& restart_links) {
   const auto touching = [this](const Positions& x0, const Positions& x1) {
-    return remove_passable(detector_.touching(x0, x1));
+    return detector_.touching(x0, x1);
   };
   untangle();
   const StepStats before = step_;
@@ -186,6 +186,7 @@ void Pipeline::resolve_contacts(const LinkSolver& links,
     const NearContacts near = find_near_contacts();
     responded_ = detector_.found_any() || untangling_.pushes();
     if (responded_) {
+      filter_.begin_response();
       const btSoftBodyWorldInfo* const world = scene().bodies()[0].body->getWorldInfo();
       if (world && world->m_dispatcher) find_supports(*world->m_dispatcher, reader_.motion());
       motors_.find(reader_.motion());
@@ -209,6 +210,7 @@ LinkSolver Pipeline::without_pushed_bodies(const LinkSolver& links) const {
 
 void Pipeline::finish_step() {
   LAZYCCD_BT_PROFILE("finish");
+  filter_.end_response();
   detector_.find_report_only_contacts();
   step_.unresolved += detector_.count_passed_over();
   if (step_.unresolved > 0) {
@@ -284,16 +286,8 @@ NearContacts Pipeline::find_near_contacts() {
     detector_.forget_near();
     return {};
   }
-  const bool any_passes = untangling_.allows_any_pass(),
-             any_sleeps = reader_.any_sleeper_takes_part();
-  const auto may_act = [&](const Contact& contact) {
-    return !(any_passes && untangling_.allows_pass(contact, motion())) &&
-           !(any_sleeps && reader_.is_at_rest(contact.body_a) &&
-             reader_.is_at_rest(contact.body_b));
-  };
-  return detector_.detect_near(
-      response_.last_impulses(),
-      any_passes || any_sleeps ? StepDetector::MayAct(std::cref(may_act)) : StepDetector::MayAct());
+  filter_.set_at_rest(reader_.at_rest());
+  return detector_.detect_near(response_.last_impulses());
 }
 
 void Pipeline::set_topology(const std::vector<std::int32_t>& changed_bodies) {
@@ -363,9 +357,7 @@ void Pipeline::part_touching(const std::vector<std::int32_t>& of_bodies) {
   const PairRules pair_rules(view, responds);
   TouchingQuery query;
   query.collide = [&](std::int32_t a, std::int32_t b) { return pair_rules.collide(a, b); };
-  query.responds = [this](const Contact& contact) {
-    return filter_.decide(contact) == ContactFilter::Decision::respond;
-  };
+  query.responds = [this](const Contact& contact) { return filter_.can_respond(contact); };
   query.touching = [this](const Positions& start, const Positions& end) {
     return detector_.touching_in(start, end);
   };
@@ -404,15 +396,6 @@ void Pipeline::untangle() {
   if (!untangling_.is_in_progress()) reader_.read_parts_of_meshes();
   for (const BodyPair& pair : untangling_.pairs())
     for (const std::int32_t body : pair) reader_.read_whole_mesh(body);
-}
-
-std::vector<Contact> Pipeline::remove_passable(std::vector<Contact> contacts) const {
-  contacts.erase(std::remove_if(contacts.begin(), contacts.end(),
-                                [this](const Contact& contact) {
-                                  return untangling_.allows_pass(contact, motion());
-                                }),
-                 contacts.end());
-  return contacts;
 }
 
 // Other bodies intersect only where contacts were left over, or where that was given up before.

@@ -139,8 +139,6 @@ class Pipeline {
   LinkSolver without_pushed_bodies(const LinkSolver& links) const;
   // Pushes apart bodies that intersect at the start of the step.
   void untangle();
-  // Removes contacts that untangling lets pass.
-  std::vector<Contact> remove_passable(std::vector<Contact> contacts) const;
   // If the response stopped a static or kinematic body, keeps LazyCCD's copy of it at the start
   // pose.
   void hold_stopped_obstacles();
@@ -153,6 +151,7 @@ class Pipeline {
   ThreadChoice thread_choice_;
   StepReader reader_;
   PairSurfaces surfaces_;
+  Untangling untangling_;
   ContactFilter filter_;
   StepDetector detector_;
   Response response_;
@@ -160,7 +159,6 @@ class Pipeline {
   SceneNumbers scene_numbers_;
   EmbeddedParts embedded_;
   TouchingStarts touching_;
-  Untangling untangling_;
   std::vector<StepContact> contacts_;
   std::int64_t handled_pairs_ = 0;
   StepStats step_, total_;

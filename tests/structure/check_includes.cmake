@@ -119,12 +119,13 @@ check_layers(plugin "(lazyccd/|settings\\.h$)"
   links:scene,shapes,util
   bodies:scene,shapes,util
   report:scene,shapes,contact,motion,util
-  obstacles:contact,scene,shapes,motion,util
-  detection:obstacles,contact,scene,motion,util
+  filter:untangling,contact,scene,motion,util
+  obstacles:filter,contact,scene,shapes,motion,util
+  detection:obstacles,filter,contact,scene,motion,util
   solver:contact,motion,util
   response:solver,contact,motion,util
   isa:detection,solver,links,contact,motion,util,simd
-  step:detection,response,report,untangling,touching,scene,shapes,contact,motion,util
+  step:detection,response,report,filter,untangling,touching,scene,shapes,contact,motion,util
   world:step,bodies,links,report,scene,shapes,contact,motion,util
   text:step)
 

@@ -217,7 +217,7 @@ TEST_CASE("nodes that are anchored to a ball or capsule do not keep the rest fro
       const Span<const Contact> contacts =
           exact.detect(motion.starts(), at_start ? motion.starts() : motion.ends());
       const bool touches = std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
-        return drape.filter.decide(c) != bullet::ContactFilter::Decision::ignore;
+        return drape.filter.verdict(c) != bullet::ContactFilter::Verdict::ignore;
       });
       const bool is_clear = round.are_clear(at_start);
       CHECK(!(touches && is_clear));

@@ -159,7 +159,7 @@ TEST_CASE("a point that falls on a light resting point bounces and leaves it at 
                                    [](std::int32_t, std::int32_t) { return true; });
   bullet::StepStats stats;
   response.run(
-      near.evaluate_all(column.contacts, {}, motion), {},
+      near.evaluate_all(column.contacts, motion), {},
       [](const Positions&, const Positions&) { return std::vector<Contact>(); }, {}, motion, stats);
   const auto speed = [&](std::int32_t v) {
     return (motion.velocity[v] + motion.velocity_change[v]).y();

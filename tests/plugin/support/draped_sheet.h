@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "contact/contact_filter.h"
 #include "contact/pair_surfaces.h"
+#include "filter/contact_filter.h"
 #include "obstacles/simple_contacts.h"
 #include "plugin/support/obstacle_worlds.h"
 #include "scene/step_reader.h"
@@ -141,7 +141,7 @@ struct DrapedContacts {
       : topology(draped.reader().topology()),
         motion(draped.reader().motion()),
         surfaces(surfaces_of(topology)),
-        filter(draped.reader().scene(), topology, motion, surfaces),
+        filter(draped.reader().scene(), topology, motion, surfaces, untangling),
         contacts(topology, motion, surfaces, filter) {
     filter.read_anchors();
     contacts.set_topology({});
@@ -150,6 +150,7 @@ struct DrapedContacts {
   const bullet::StepTopology& topology;
   bullet::Motion& motion;
   const bullet::PairSurfaces surfaces;
+  const bullet::Untangling untangling;
   bullet::ContactFilter filter;
   bullet::SimpleContacts contacts;
 };

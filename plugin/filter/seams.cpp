@@ -1,4 +1,4 @@
-#include "contact/seams.h"
+#include "filter/seams.h"
 
 #include <algorithm>
 #include <array>
