@@ -68,8 +68,8 @@ struct Coordinates {
 };
 
 Coordinates coordinates_of(const Motion& motion, std::size_t body) {
-  const auto first = 3 * static_cast<std::size_t>(motion.first_vertex[body]),
-             last = 3 * static_cast<std::size_t>(motion.first_vertex[body + 1]);
+  const auto first = 3 * static_cast<std::size_t>(motion.first_vertex()[body]),
+             last = 3 * static_cast<std::size_t>(motion.first_vertex()[body + 1]);
   return {first, last - first};
 }
 
@@ -111,12 +111,12 @@ void ContactCache::renumber(const ContactRenumbering& numbers, std::size_t coord
 
 bool ContactCache::begin(const Motion& motion, Span<const double> found_distances) {
   const std::size_t bodies = found_distances.size();
-  LAZYCCD_ASSERT(bodies < motion.first_vertex.size(),
+  LAZYCCD_ASSERT(bodies < motion.first_vertex().size(),
                  "distances within which pairs are found are of bodies of the motion");
-  const bool is_new = start_.size() != motion.start.size() || stays_.size() != bodies;
+  const bool is_new = start_.size() != motion.start().size() || stays_.size() != bodies;
   if (is_new) {
     contacts_.clear();
-    start_ = motion.start;
+    start_ = motion.start();
     end_ = motion.end;
     stays_.assign(bodies, 0);
     near_distances_.assign(bodies, -1);
@@ -130,11 +130,11 @@ bool ContactCache::begin(const Motion& motion, Span<const double> found_distance
         static_cast<btScalar>(settings::detection::max_cached_move * found_distances[body]);
     stays_[body] =
         near_distances_[body] >= settings::detection::min_cached_distance * found_distances[body] &&
-        are_near(&motion.start[first], &start_[first], count, tolerance) &&
+        are_near(&motion.start()[first], &start_[first], count, tolerance) &&
         are_near(&motion.end[first], &end_[first], count, tolerance);
     if (stays_[body]) continue;
     all_stay = false;
-    std::copy_n(&motion.start[first], count, &start_[first]);
+    std::copy_n(&motion.start()[first], count, &start_[first]);
     std::copy_n(&motion.end[first], count, &end_[first]);
     near_distances_[body] = -1;  // until take()
     drifts_[body] = 0;
@@ -147,7 +147,7 @@ void ContactCache::find_drifts(const Motion& motion) {
   for (std::size_t body = 0; body < stays_.size(); ++body) {
     if (!stays_[body]) continue;
     const auto [first, count] = coordinates_of(motion, body);
-    const double along_axis = largest_difference(&motion.start[first], &start_[first], count);
+    const double along_axis = largest_difference(&motion.start()[first], &start_[first], count);
     drifts_[body] = std::max(drifts_[body], std::sqrt(3.0) * along_axis);
   }
 }
@@ -185,7 +185,7 @@ bool ContactCache::keeps_apart(const Motion& motion, bool at_start) const {
     apart = std::min(apart, near_distances_[body]);
     drift = std::max(drift, drifts_[body]);
     const auto [first, count] = coordinates_of(motion, body);
-    at_starts.add(&start_[first], &motion.start[first], count);
+    at_starts.add(&start_[first], &motion.start()[first], count);
     if (!at_start) at_ends.add(&start_[first], &motion.end[first], count);
   }
   const double moved = std::max(at_starts.largest_difference(), at_ends.largest_difference());

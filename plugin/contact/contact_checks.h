@@ -35,13 +35,13 @@ inline bool are_in_order(const std::vector<ContactRow>& rows) {
 
 /// Whether each contact names two bodies of the motion, and vertices of these bodies.
 inline bool are_of(Span<const Contact> contacts, const Motion& motion) {
-  const auto bodies = static_cast<std::int32_t>(motion.rigid_of_body.size());
+  const auto bodies = static_cast<std::int32_t>(motion.rigid_of_body().size());
   return std::all_of(contacts.begin(), contacts.end(), [&](const Contact& contact) {
     const auto is_of = [&](std::int32_t body, int first, int last) {
       return body >= 0 && body < bodies &&
              std::all_of(
                  &contact.vertices[first], contact.vertices.data() + last, [&](std::int32_t v) {
-                   return v >= motion.first_vertex[body] && v < motion.first_vertex[body + 1];
+                   return v >= motion.first_vertex()[body] && v < motion.first_vertex()[body + 1];
                  });
     };
     const int first_of_b = first_vertex_of_b(contact.kind);

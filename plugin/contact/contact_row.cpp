@@ -19,7 +19,7 @@ double thickness_of(const Contact& contact, const Motion& motion, double surface
     double sum = 0;
     for (int i = first; i < last; ++i) {
       // A vertex of weight zero may have no edge and hence an infinite length: 0 * infinity is NaN.
-      const double length = std::abs(weights[i]) * motion.shortest_edge[contact.vertices[i]];
+      const double length = std::abs(weights[i]) * motion.shortest_edge()[contact.vertices[i]];
       sum += weights[i] != 0 ? length : 0;
     }
     return sum;
@@ -60,10 +60,10 @@ void make_row(const Contact& contact, double thickness, double position_correcti
     const std::int32_t v = contact.vertices[i];
     row.start_gap += row.weights[i] * row.normal.dot(motion.start_of(v));
     if (!motion.is_free(v)) continue;
-    const double share = row.weights[i] * row.weights[i] * motion.inverse_mass[v];
+    const double share = row.weights[i] * row.weights[i] * motion.inverse_mass()[v];
     compliance += share;
     tangent_compliance += share;
-    max_inverse_mass = std::max(max_inverse_mass, motion.inverse_mass[v]);
+    max_inverse_mass = std::max(max_inverse_mass, motion.inverse_mass()[v]);
   }
   const bool has_free_nodes = compliance > 0;
   double held_compliance = 0;  // along the normal, while bodies are held at their supports
@@ -78,7 +78,7 @@ void make_row(const Contact& contact, double thickness, double position_correcti
   row.target_gap = std::min(thickness, std::max(0.0, row.start_gap));
   row.corrected_gap =
       row.target_gap +
-      corrected_share(position_correction, motion.dt) *
+      corrected_share(position_correction, motion.dt()) *
           std::max(0.0, settings::row::corrected_thickness * thickness - row.target_gap);
   row.loaded_gap = row.target_gap;
   // Lower bound of the compliance.
@@ -100,7 +100,7 @@ void RowFactory::make(const Contact& contact, ContactRow& row) const {
   make_row(contact, thickness, position_correction_, *motion_, row);
   row.loaded_gap = std::max(row.loaded_gap, surface.resolution);
   if (surface.parting_speed > 0) {
-    const double parted = row.target_gap + surface.parting_speed * motion_->dt;
+    const double parted = row.target_gap + surface.parting_speed * motion_->dt();
     row.corrected_gap = row.loaded_gap = std::max(
         row.corrected_gap, std::min(settings::row::corrected_thickness * thickness, parted));
   }

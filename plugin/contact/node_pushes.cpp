@@ -26,13 +26,13 @@ void for_each_soft_side(const ContactRow& row, const Motion& motion, const Visit
   const int first_of_b = first_vertex_of_b(contact.kind);
   for (const Side& side : {Side{&row, contact.body_a, contact.body_b, 0, first_of_b},
                            Side{&row, contact.body_b, contact.body_a, first_of_b, 4}})
-    if (motion.rigid_of_body[side.body] < 0) visit(side);
+    if (motion.rigid_of_body()[side.body] < 0) visit(side);
 }
 
 // Whether the other side is a weight.
 bool has_weight(const Side& side, const Motion& motion) {
-  const int rigid = motion.rigid_of_body[side.other];
-  if (rigid < 0 || !motion.rigid[rigid].is_movable() || motion.rigid[rigid].supported_mobility)
+  const int rigid = motion.rigid_of_body()[side.other];
+  if (rigid < 0 || !motion.rigid()[rigid].is_movable() || motion.rigid()[rigid].supported_mobility)
     return false;
   double mobility = 0;  // of the nodes, 1/kg
   for (int k = side.first; k < side.last; ++k) {
@@ -47,7 +47,7 @@ bool has_weight(const Side& side, const Motion& motion) {
 double pressing_approach(const Side& side, const Motion& motion) {
   const btRigidBody* const body = btRigidBody::upcast(motion.rigid_of(side.other).object);
   if (!body) return 0;
-  const Vector3d fall = motion.dt * motion.dt * to_double(body->getGravity());
+  const Vector3d fall = motion.dt() * motion.dt() * to_double(body->getGravity());
   Vector3d moved = Vector3d::Zero(), fallen = Vector3d::Zero();
   for (int k = 0; k < 4; ++k) {
     if (k >= side.first && k < side.last) continue;
@@ -63,10 +63,10 @@ double largest_push(const Side& side, const Motion& motion) {
   double largest = 0;
   for (int k = side.first; k < side.last; ++k) {
     const std::int32_t v = side.row->contact.vertices[k];
-    if (!motion.is_free(v) || motion.shortest_edge[v] == 0) continue;
+    if (!motion.is_free(v) || motion.shortest_edge()[v] == 0) continue;
     const double moved =
-        std::abs(side.row->weights[k]) * motion.inverse_mass[v] * side.row->normal_impulse;
-    largest = std::max(largest, moved / motion.shortest_edge[v]);
+        std::abs(side.row->weights[k]) * motion.inverse_mass()[v] * side.row->normal_impulse;
+    largest = std::max(largest, moved / motion.shortest_edge()[v]);
   }
   return largest;
 }
@@ -74,12 +74,13 @@ double largest_push(const Side& side, const Motion& motion) {
 // By soft vertex: how far contacts move it in the step, metres.
 ScratchVector<Vector3d> find_displacements(const std::vector<const ContactRow*>& rows,
                                            const Motion& motion) {
-  ScratchVector<Vector3d> displacements(motion.inverse_mass.size(), Vector3d::Zero());
+  ScratchVector<Vector3d> displacements(motion.inverse_mass().size(), Vector3d::Zero());
   for (const ContactRow* const row : rows) {
     const Vector3d impulse = row->impulse();
     for (int k = 0; k < 4; ++k) {
       const std::int32_t v = row->contact.vertices[k];
-      if (motion.is_free(v)) displacements[v] += row->weights[k] * motion.inverse_mass[v] * impulse;
+      if (motion.is_free(v))
+        displacements[v] += row->weights[k] * motion.inverse_mass()[v] * impulse;
     }
   }
   return displacements;
@@ -88,7 +89,7 @@ ScratchVector<Vector3d> find_displacements(const std::vector<const ContactRow*>&
 }  // namespace
 
 NodePushes find_node_pushes(const std::vector<const ContactRow*>& rows, const Motion& motion) {
-  const std::size_t count = motion.rigid_of_body.size();
+  const std::size_t count = motion.rigid_of_body().size();
   NodePushes pushes{ScratchVector<double>(count, 0), ScratchVector<double>(count, 0),
                     ScratchVector<char>(count, 0)};
   ScratchVector<Side> weighed;
@@ -109,8 +110,8 @@ NodePushes find_node_pushes(const std::vector<const ContactRow*>& rows, const Mo
     for (int k = side.first; k < side.last; ++k) {
       const std::int32_t v = side.row->contact.vertices[k];
       moved += side.row->weights[k] * displacements[v];
-      if (motion.shortest_edge[v] > 0)
-        shortest_edge = std::min(shortest_edge, motion.shortest_edge[v]);
+      if (motion.shortest_edge()[v] > 0)
+        shortest_edge = std::min(shortest_edge, motion.shortest_edge()[v]);
     }
     const double impulse = side.row->normal_impulse;
     impulses[side.body] += impulse;

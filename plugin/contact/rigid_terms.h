@@ -53,9 +53,9 @@ struct RigidTerm {
 class RigidTerms {
  public:
   RigidTerms(const Contact& contact, const std::array<double, 4>& weights, const Motion& motion) {
-    const int a = motion.rigid_of_body[contact.body_a];
-    const int obstacle = a >= 0 ? a : motion.rigid_of_body[contact.body_b];
-    if ((obstacle >= 0 && motion.rigid[obstacle].is_movable()) || !motion.anchored.empty())
+    const int a = motion.rigid_of_body()[contact.body_a];
+    const int obstacle = a >= 0 ? a : motion.rigid_of_body()[contact.body_b];
+    if ((obstacle >= 0 && motion.rigid()[obstacle].is_movable()) || !motion.anchored().empty())
       find(obstacle, contact, weights, motion);
   }
 

@@ -43,7 +43,7 @@ std::size_t count_lists(Span<const Contact> contacts, const Threads& threads) {
 }
 
 bool is_of_soft_body(const Contact& contact, bool is_b, const Motion& motion) {
-  return motion.rigid_of_body[is_b ? contact.body_b : contact.body_a] < 0;
+  return motion.rigid_of_body()[is_b ? contact.body_b : contact.body_a] < 0;
 }
 
 }  // namespace

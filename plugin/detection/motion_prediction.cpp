@@ -16,13 +16,14 @@ void MotionPrediction::remember(const Motion& motion, bool responded) {
   extrapolated_.resize(start_.size());
   const auto soft = static_cast<std::size_t>(motion.soft_count());
   for (std::size_t v = 0; v < soft; ++v) {
-    Vector3d velocity = motion.velocity[v];
+    Vector3d velocity = motion.velocity()[v];
     if (responded) velocity += motion.velocity_change[v];
     for (int k = 0; k < 3; ++k)
-      extrapolated_[3 * v + k] = start_[3 * v + k] + static_cast<btScalar>(motion.dt * velocity[k]);
+      extrapolated_[3 * v + k] =
+          start_[3 * v + k] + static_cast<btScalar>(motion.dt() * velocity[k]);
   }
   for (std::size_t i = 3 * soft; i < start_.size(); ++i)
-    extrapolated_[i] = motion.end[i] + (motion.end[i] - motion.start[i]);
+    extrapolated_[i] = motion.end[i] + (motion.end[i] - motion.start()[i]);
   correction_.resize(start_.size(), 0);
   end_.resize(start_.size());
   std::transform(extrapolated_.begin(), extrapolated_.end(), correction_.begin(), end_.begin(),

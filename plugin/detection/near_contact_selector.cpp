@@ -23,7 +23,7 @@ bool comes_within(double distance, const Contact& contact, const Motion& motion)
   QueryPoints points;
   for (std::size_t i = 0; i < 4; ++i) {
     const auto at = 3 * static_cast<std::size_t>(contact.vertices[i]);
-    std::copy_n(&motion.start[at], 3, points[i].begin());
+    std::copy_n(&motion.start()[at], 3, points[i].begin());
     std::copy_n(&motion.end[at], 3, points[4 + i].begin());
   }
   return decide_within(contact.kind, points, distance).hit;
@@ -56,11 +56,11 @@ NearContactSelector::PairKey NearContactSelector::pair_key_of(const Contact& con
 NearContactSelector::BodyPairData NearContactSelector::data_of(const Contact& contact,
                                                                const Motion& motion) const {
   const auto is_movable = [&](std::int32_t body) {
-    const int rigid = motion.rigid_of_body[body];
-    return rigid >= 0 && motion.rigid[rigid].is_movable();
+    const int rigid = motion.rigid_of_body()[body];
+    return rigid >= 0 && motion.rigid()[rigid].is_movable();
   };
   return {contact.body_a, contact.body_b, surfaces_.of(contact.body_a, contact.body_b),
-          !motion.anchored.empty() || is_movable(contact.body_a) || is_movable(contact.body_b)};
+          !motion.anchored().empty() || is_movable(contact.body_a) || is_movable(contact.body_b)};
 }
 
 void NearContactSelector::evaluate(Span<const Contact> contacts, const Motion& motion,
@@ -74,9 +74,9 @@ void NearContactSelector::evaluate(Span<const Contact> contacts, const Motion& m
     may_have_rigid_terms[k] = bodies.may_have_rigid_terms;
   }
   const RowEstimateInput<btScalar> arrays = {
-      motion.start.data(),        motion.end.data(),
-      motion.inverse_mass.data(), motion.shortest_edge.data(),
-      motion.soft_count(),        corrected_share(position_correction_, motion.dt)};
+      motion.start().data(),        motion.end.data(),
+      motion.inverse_mass().data(), motion.shortest_edge().data(),
+      motion.soft_count(),          corrected_share(position_correction_, motion.dt())};
   kernels_->find(arrays, contacts.data(), static_cast<int>(contacts.size()), lanes);
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     estimates[k] = {lanes.move_squared[k], lanes.need[k], lanes.normal_mass[k],

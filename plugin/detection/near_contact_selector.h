@@ -33,7 +33,8 @@ class NearContactSelector {
   static float self_separation(std::int32_t vertex, const Motion& motion) {
     constexpr double rounding = 1.001;
     return static_cast<float>(rounding * settings::detection::distance_factor *
-                              settings::row::max_thickness_of_edge * motion.shortest_edge[vertex]);
+                              settings::row::max_thickness_of_edge *
+                              motion.shortest_edge()[vertex]);
   }
 
   /// `surfaces` must outlive this object. `position_correction`: as in SolverOptions.

@@ -87,7 +87,7 @@ void StepDetector::set_topology(const Renumbering& numbers,
   set_near_topology();
   mark_other_rules(numbers, last_filters, last_disabled, is_changed);
   const ContactRenumbering kept(last, primitives_, numbers, is_changed);
-  cache_.renumber(kept, motion_.start.size());
+  cache_.renumber(kept, motion_.start().size());
   selector_.renumber(kept);
 }
 
@@ -153,7 +153,7 @@ void StepDetector::mark_other_rules(const Renumbering& numbers,
 }
 
 bool StepDetector::stop_each_other(std::int32_t a, std::int32_t b) const {
-  const auto is_rigid = [this](std::int32_t body) { return motion_.rigid_of_body[body] >= 0; };
+  const auto is_rigid = [this](std::int32_t body) { return motion_.rigid_of_body()[body] >= 0; };
   if (a == b) return true;
   return !(is_rigid(a) && is_rigid(b)) && filters_accept(rules_[a], rules_[b]) &&
          !std::binary_search(disabled_pairs_.begin(), disabled_pairs_.end(),
@@ -185,14 +185,14 @@ std::vector<double> StepDetector::thickness_limits() const {
 
 void StepDetector::measure_edges(const Topology& topology, const Renumbering& numbers,
                                  const std::vector<char>& is_changed) {
-  const std::vector<double> last = std::move(motion_.shortest_edge);
-  motion_.shortest_edge.assign(motion_.inverse_mass.size(),
-                               std::numeric_limits<double>::infinity());
+  const std::vector<double> last = std::move(motion_.shortest_edge());
+  motion_.input().shortest_edge.assign(motion_.inverse_mass().size(),
+                                       std::numeric_limits<double>::infinity());
   const auto read_edge = [this](std::int32_t a, std::int32_t b) {
     if (!topology_.is_soft(a)) return;
     const double length = (motion_.start_of(a) - motion_.start_of(b)).norm();
     for (const std::int32_t v : {a, b})
-      motion_.shortest_edge[v] = std::min(motion_.shortest_edge[v], length);
+      motion_.input().shortest_edge[v] = std::min(motion_.shortest_edge()[v], length);
   };
   for (const Edge& edge : topology.edges) read_edge(edge[0], edge[1]);
   for (const Face& face : topology.faces) {
@@ -202,13 +202,13 @@ void StepDetector::measure_edges(const Topology& topology, const Renumbering& nu
     const std::int32_t v = numbers.vertices[old];
     if (v >= 0 && topology_.is_soft(v) &&
         !is_changed[static_cast<std::size_t>(topology.body_of_vertex[v])])
-      motion_.shortest_edge[v] = last[old];
+      motion_.input().shortest_edge[v] = last[old];
   }
-  std::vector<double> lengths = motion_.shortest_edge;
+  std::vector<double> lengths = motion_.shortest_edge();
   const auto common = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
   std::nth_element(lengths.begin(), common, lengths.end());
   common_median_edge_ = *common;
-  lengths = motion_.shortest_edge;
+  lengths = motion_.shortest_edge();
   median_edge_.clear();
   for (const StepTopology::BodyRecord& body : topology_.bodies()) {
     if (!body.soft) continue;

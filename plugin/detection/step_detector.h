@@ -101,7 +101,9 @@ class StepDetector {
   }
   /// True if `end` is the start of the motion: the motion then is from start to start, and only
   /// pairs that touch at the start are contacts.
-  bool is_start_of_motion(const Positions& end) const { return end.data() == motion_.start.data(); }
+  bool is_start_of_motion(const Positions& end) const {
+    return end.data() == motion_.start().data();
+  }
   /// True if `end` is the end of the motion, as it is now.
   bool is_end_of_motion(const Positions& end) const { return end.data() == motion_.end.data(); }
   bool only_near_can_touch(const Positions& end) const;

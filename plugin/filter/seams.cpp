@@ -50,7 +50,7 @@ void Seams::find(const SoftScene& scene, const SoftScene::BodyRecord& record, co
   for (std::size_t i = 0; i < nodes.first.size(); ++i)
     sets.join(static_cast<std::int32_t>(i), nodes.first[i]);
   const auto place_of = [&motion](std::int32_t v) {
-    const btScalar* const x = &motion.start[3 * static_cast<std::size_t>(v)];
+    const btScalar* const x = &motion.start()[3 * static_cast<std::size_t>(v)];
     return std::array<btScalar, 3>{x[0], x[1], x[2]};
   };
   std::vector<std::int32_t> order(static_cast<std::size_t>(record.vertex_count));

@@ -49,7 +49,7 @@ Motion& Motion::operator=(Motion&&) noexcept = default;
 Motion::~Motion() = default;
 
 void Motion::begin_response() {
-  LAZYCCD_ASSERT(start.size() == end.size() && soft_count() <= static_cast<std::int32_t>(size()),
+  LAZYCCD_ASSERT(start().size() == end.size() && soft_count() <= static_cast<std::int32_t>(size()),
                  "each vertex has a start and an end");
   predicted.resize(size());
   for (std::size_t i = 0; i < size(); ++i) predicted[i] = end_of(static_cast<std::int32_t>(i));
@@ -63,17 +63,20 @@ void Motion::restart_response() {
   link_displacement.assign(solved.size(), Vector3d::Zero());
   links_moved.clear();
   for (std::int32_t v = 0; v < soft_count(); ++v) round_end(v);
-  for (RigidMotion& body : rigid) {
-    body.translation = body.rotation = body.split_translation = body.split_rotation =
-        Vector3d::Zero();
-    set_end_pose(body, body.predicted);
-  }
+  for (const RigidMotion& body : rigid()) restart_response(body);
   for (ArticulatedMotion& body : articulated) body.restart_response();
 }
 
+void Motion::restart_response(const RigidMotion& body) {
+  RigidSolution& solution = solution_of(body);
+  solution.translation = solution.rotation = solution.split_translation = solution.split_rotation =
+      Vector3d::Zero();
+  set_end_pose(body, body.predicted);
+}
+
 void Motion::restart_response(std::int32_t body) {
-  if (rigid_of_body[body] < 0) {
-    for (std::int32_t v = first_vertex[body]; v < first_vertex[body + 1]; ++v) {
+  if (rigid_of_body()[body] < 0) {
+    for (std::int32_t v = first_vertex()[body]; v < first_vertex()[body + 1]; ++v) {
       solved[v] = predicted[v];
       split_displacement[v].setZero();
       link_displacement[v].setZero();
@@ -81,10 +84,8 @@ void Motion::restart_response(std::int32_t body) {
     }
     return;
   }
-  RigidMotion& moved = rigid[rigid_of_body[body]];
-  moved.translation = moved.rotation = moved.split_translation = moved.split_rotation =
-      Vector3d::Zero();
-  set_end_pose(moved, moved.predicted);
+  const RigidMotion& moved = rigid_of(body);
+  restart_response(moved);
   if (moved.articulated >= 0) articulated[moved.articulated].restart_response();
 }
 
@@ -93,7 +94,7 @@ void Motion::find_turn_displacement() {
     return body.is_movable() && body.rotation + body.split_rotation != Vector3d::Zero();
   };
   if (turn_displacement.empty()) {
-    if (std::none_of(rigid.begin(), rigid.end(), turns)) return;
+    if (std::none_of(rigid().begin(), rigid().end(), turns)) return;
     turn_displacement.assign(size(), Vector3d::Zero());
   }
   const auto find = [&](std::int32_t v, const RigidMotion& body) {
@@ -104,14 +105,14 @@ void Motion::find_turn_displacement() {
         (body.rotation + body.split_rotation).cross(start_of(v) - body.centre());
     turn_displacement[v] = end_of(v) - predicted[v] - linear;
   };
-  for (const RigidMotion& body : rigid) {
+  for (const RigidMotion& body : rigid()) {
     if (body.is_ball || !body.is_movable()) continue;  // turning does not move a ball's surface
     for (std::int32_t i = 0; i < body.vertex_count; ++i) find(body.first_vertex + i, body);
   }
-  for (const auto& [vertex, fixed] : anchored) find(vertex, rigid[fixed.rigid]);
+  for (const auto& [vertex, fixed] : anchored()) find(vertex, rigid()[fixed.rigid]);
 }
 
-void Motion::apply_response(RigidMotion& body) {
+void Motion::apply_response(const RigidMotion& body) {
   const Vector3d rotation = body.rotation + body.split_rotation;
   const double angle = rotation.norm();
   btTransform pose = body.predicted;
@@ -131,39 +132,39 @@ void Motion::apply_response(ArticulatedMotion& body) {
 void Motion::hold_at_start(ArticulatedMotion& body) {
   body.held = true;
   body.set_end_pose();
-  for (const ArticulatedMotion::Link& link : body.links) set_end_to_start(rigid[link.rigid]);
+  for (const ArticulatedMotion::Link& link : body.links) set_end_to_start(rigid()[link.rigid]);
 }
 
 void Motion::read_link_poses(const ArticulatedMotion& body) {
   for (const ArticulatedMotion::Link& link : body.links)
-    set_end_pose(rigid[link.rigid], rigid[link.rigid].object->getWorldTransform());
+    set_end_pose(rigid()[link.rigid], rigid()[link.rigid].object->getWorldTransform());
 }
 
-void Motion::set_end_pose(RigidMotion& body, const btTransform& pose) {
-  body.end = pose;
+void Motion::set_end_pose(const RigidMotion& body, const btTransform& pose) {
+  solution_of(body).end = pose;
   write_vertices(body, body.local, pose, end);
   for (const std::int32_t vertex : body.anchored)
-    set_anchored_end(vertex, pose * anchored.find(vertex)->local);
+    set_anchored_end(vertex, pose * anchored().find(vertex)->local);
 }
 
-void Motion::set_end_to_start(RigidMotion& body) {
+void Motion::set_end_to_start(const RigidMotion& body) {
   set_end_pose(body, body.start);
   if (body.local_at_start) write_vertices(body, body.local_at_start, body.start, end);
   for (const std::int32_t vertex : body.anchored)
-    set_anchored_end(vertex, &start[3 * static_cast<std::size_t>(vertex)]);
+    set_anchored_end(vertex, &start()[3 * static_cast<std::size_t>(vertex)]);
 }
 
 bool Motion::is_held(const RigidMotion& body) const {
   const auto first = 3 * static_cast<std::ptrdiff_t>(body.first_vertex);
   return body.local_at_start &&
-         std::equal(start.begin() + first, start.begin() + first + 3 * body.vertex_count,
+         std::equal(start().begin() + first, start().begin() + first + 3 * body.vertex_count,
                     end.begin() + first);
 }
 
 void Motion::set_end_to_start(std::int32_t soft_vertex) {
   split_displacement[soft_vertex] = start_of(soft_vertex) - solved[soft_vertex];
   const auto first = 3 * static_cast<std::ptrdiff_t>(soft_vertex);
-  std::copy_n(start.begin() + first, 3, end.begin() + first);
+  std::copy_n(start().begin() + first, 3, end.begin() + first);
 }
 
 void Motion::set_anchored_end(std::int32_t vertex, const btScalar* x) {
@@ -171,8 +172,9 @@ void Motion::set_anchored_end(std::int32_t vertex, const btScalar* x) {
   solved[vertex] = end_of(vertex);
 }
 
-void Motion::anchor(std::int32_t soft_vertex, const AnchoredVertex& fixed) {
-  LAZYCCD_ASSERT(is_soft(soft_vertex) && soft_vertex >= 0, "a node that is anchored is soft");
+void StepInput::anchor(std::int32_t soft_vertex, const AnchoredVertex& fixed) {
+  LAZYCCD_ASSERT(soft_vertex >= 0 && soft_vertex < static_cast<std::int32_t>(inverse_mass.size()),
+                 "a node that is anchored is soft");
   LAZYCCD_ASSERT(fixed.rigid >= 0 && fixed.rigid < static_cast<int>(rigid.size()),
                  "a node is anchored to a rigid body of the motion");
   release(soft_vertex);
@@ -180,7 +182,7 @@ void Motion::anchor(std::int32_t soft_vertex, const AnchoredVertex& fixed) {
   rigid[fixed.rigid].anchored.push_back(soft_vertex);
 }
 
-void Motion::release(std::int32_t soft_vertex) {
+void StepInput::release(std::int32_t soft_vertex) {
   const AnchoredVertex* const found = anchored.find(soft_vertex);
   if (!found) return;
   ScratchVector<std::int32_t>& of_body = rigid[found->rigid].anchored;
@@ -189,7 +191,7 @@ void Motion::release(std::int32_t soft_vertex) {
 }
 
 int Motion::anchor_body_of(std::int32_t soft_vertex) const {
-  const AnchoredVertex* const found = anchored.find(soft_vertex);
+  const AnchoredVertex* const found = anchored().find(soft_vertex);
   return found ? found->rigid : -1;
 }
 
@@ -199,7 +201,7 @@ bool Motion::deviates_less_than(Span<const Body> bodies, double between_bodies,
   double largest_before = 0;        // over the bodies before this one
   for (std::size_t body = 0; body < bodies.size(); ++body) {
     double squared = 0;
-    for (std::int32_t v = first_vertex[body]; v < first_vertex[body + 1]; ++v)
+    for (std::int32_t v = first_vertex()[body]; v < first_vertex()[body + 1]; ++v)
       squared = std::max(squared, (end_of(v) - predicted[v]).squaredNorm());
     const double deviation = std::sqrt(squared);
     if (body > 0 && deviation + largest_before > margin * between_bodies) return false;
@@ -210,16 +212,16 @@ bool Motion::deviates_less_than(Span<const Body> bodies, double between_bodies,
 }
 
 bool Motion::has_prescribed_motion(std::int32_t body) const {
-  if (rigid_of_body[body] >= 0) {
+  if (rigid_of_body()[body] >= 0) {
     const RigidMotion& moved = rigid_of(body);
     return !moved.is_movable() && !moved.stands_still();
   }
-  for (std::int32_t v = first_vertex[body]; v < first_vertex[body + 1]; ++v)
+  for (std::int32_t v = first_vertex()[body]; v < first_vertex()[body + 1]; ++v)
     if (!is_movable(v) && start_of(v) != end_of(v)) return true;
   return false;
 }
 
-void Motion::write_start_vertices(const RigidMotion& body) {
+void StepInput::write_start_vertices(const RigidMotion& body) {
   write_vertices(body, body.local_at_start ? body.local_at_start : body.local, body.start, start);
 }
 

@@ -177,9 +177,8 @@ Mobility free_mobility(const RigidMotion& body) {
   return mobility;
 }
 
-void hold_at_supports(RigidMotion& body) {
-  body.supported_mobility.reset();
-  if (body.supports.empty()) return;
+std::optional<Mobility> mobility_at_supports(const RigidMotion& body) {
+  if (body.supports.empty()) return std::nullopt;
   const Hold hold(body);
   Mobility mobility = Mobility::Zero();
   for (int k = 0; k < 6; ++k) {
@@ -193,10 +192,10 @@ void hold_at_supports(RigidMotion& body) {
     for (int i = 0; i < 6; ++i)
       if (std::abs(mobility(i, k)) < rounding * (sizes[i] * sizes[k])) mobility(i, k) = 0;
   }
-  body.supported_mobility = mobility;
+  return mobility;
 }
 
-bool leave_supports(RigidMotion& body, const Vector6d& impulse) {
+bool leave_supports(const RigidMotion& body, const Vector6d& impulse, RigidSolution& solution) {
   if (!body.supported_mobility) return false;
   const Reaction reaction(body, impulse);
   ScratchVector<Support> kept;
@@ -212,8 +211,8 @@ bool leave_supports(RigidMotion& body, const Vector6d& impulse) {
     if (!leaves) kept.push_back(support);
   }
   if (!any) return false;
-  body.supports = std::move(kept);
-  hold_at_supports(body);
+  solution.supports = std::move(kept);
+  solution.supported_mobility = mobility_at_supports(body);
   return true;
 }
 

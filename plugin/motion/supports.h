@@ -14,6 +14,7 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 struct RigidMotion;
+struct RigidSolution;
 
 /// Translation (metres) and rotation (radians) of a body per impulse (kg m) and angular impulse
 /// (kg m^2) on its centre.
@@ -35,14 +36,14 @@ struct Support {
 /// Mobility of a body without its supports.
 Mobility free_mobility(const RigidMotion& body);
 
-/// Sets RigidMotion::supported_mobility: no support moves along its normal, in either direction, or
-/// across it if it does not slide.
-void hold_at_supports(RigidMotion& body);
+/// RigidSolution::supported_mobility: no support moves along its normal, in either direction, or
+/// across it if it does not slide. Empty without supports.
+std::optional<Mobility> mobility_at_supports(const RigidMotion& body);
 
 /// A support only pushes: it may lose its load, but not hold the body. And its friction is within
 /// Coulomb's cone. Lets the body leave the supports that `impulse`, the sum of what soft bodies
 /// exert, pulls it off, and slide where friction does not hold it. Returns whether it does.
-bool leave_supports(RigidMotion& body, const Vector6d& impulse);
+bool leave_supports(const RigidMotion& body, const Vector6d& impulse, RigidSolution& solution);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

@@ -27,9 +27,9 @@ void InternalEdges::set_topology(Span<const Edge> edges, Span<const Body> filter
                    [this](const Face& face) { return !topology_.is_soft(face[0]); });
   first_edge_ = static_cast<std::size_t>(first_edge - edges.begin());
   first_face_ = static_cast<std::size_t>(first_face - topology.faces.begin());
-  bends_ =
-      measure_bends({first_face, topology.faces.size() - first_face_},
-                    {first_edge, edges.size() - first_edge_}, motion_.start, motion_.soft_count());
+  bends_ = measure_bends({first_face, topology.faces.size() - first_face_},
+                         {first_edge, edges.size() - first_edge_}, motion_.start(),
+                         motion_.soft_count());
   edges_left_out_.clear();
   vertices_left_out_.clear();
   for (ObstaclePairs& obstacle : find_obstacle_pairs(topology_)) {
@@ -140,7 +140,7 @@ bool InternalEdges::is_beyond_edge(const Contact& contact, double thickness) con
   const auto zeros = std::count_if(weights, weights + 3,
                                    [](float w) { return w < settings::internal_edges::border; });
   if (zeros == 0) return false;
-  const double length = motion_.shortest_edge[contact.primitive_a];
+  const double length = motion_.shortest_edge()[contact.primitive_a];
   double angle;
   if (zeros == 1) {
     const auto corner = std::find_if(weights, weights + 3,

@@ -73,7 +73,7 @@ void make_step_contacts(const std::vector<const ContactRow*>& rows,
       if (rows[row]->contact.toi < earliest->contact.toi) earliest = rows[row];
       impulse += rows[row]->impulse();
     }
-    return step_contact(earliest->contact, impulse / motion.dt, scene, topology, motion);
+    return step_contact(earliest->contact, impulse / motion.dt(), scene, topology, motion);
   };
   threads.parallel_for(contacts.size(), 256, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) contacts[i] = make(i);

@@ -19,8 +19,8 @@ namespace {
 bool has_fixed_side(const Contact& contact, const Motion& motion) {
   const int first_of_b = first_vertex_of_b(contact.kind);
   const auto is_fixed = [&](std::int32_t body, int first, int last) {
-    const int rigid = motion.rigid_of_body[body];
-    if (rigid >= 0) return !motion.rigid[rigid].is_movable();
+    const int rigid = motion.rigid_of_body()[body];
+    if (rigid >= 0) return !motion.rigid()[rigid].is_movable();
     return std::none_of(&contact.vertices[first], contact.vertices.data() + last,
                         [&](std::int32_t v) { return motion.is_movable(v); });
   };
@@ -36,7 +36,7 @@ Vector3d gap_vector_at_end(const ContactRow& row, const Motion& motion) {
     sum += row.weights[i] * (motion.is_free(v) ? motion.solved[v] : motion.end_without_impulses(v));
   }
   for (const RigidTerm& term : RigidTerms(row.contact, row.weights, motion)) {
-    const RigidMotion& body = motion.rigid[term.body];
+    const RigidMotion& body = motion.rigid()[term.body];
     sum += term.displacement(body.translation, body.rotation);
   }
   return sum;
@@ -183,7 +183,7 @@ void ContactConstraints::cold_start(Motion& motion) {
       rows_[i].tangent_impulse.setZero();
     }
   }
-  for (std::int32_t body = 0; body < static_cast<std::int32_t>(motion.rigid_of_body.size());
+  for (std::int32_t body = 0; body < static_cast<std::int32_t>(motion.rigid_of_body().size());
        ++body) {
     if (all.of_body(body) >= 0 && all.is_selected(all.of_body(body))) motion.restart_response(body);
   }
@@ -218,7 +218,7 @@ void ContactConstraints::add_penetrations(const std::vector<Contact>& contacts, 
   add_rows(contacts, motion, [&](const Contact& contact, ContactRow& row) {
     factory.make(contact, row);
     const double depth = std::max(0.0, -row.start_gap);
-    const double distance = std::max(speed, settings::untangling::exit_rate * depth) * motion.dt;
+    const double distance = std::max(speed, settings::untangling::exit_rate * depth) * motion.dt();
     const double outside = surfaces_.of(contact.body_a, contact.body_b).resolution;
     factory.make_penetration(contact, std::min(distance, depth + outside), row);
   });
@@ -282,7 +282,7 @@ void ContactConstraints::narrow_gaps(double fraction, const Motion& motion) {
 }
 
 ScratchVector<char> ContactConstraints::find_prescribed_motion(const Motion& motion) {
-  ScratchVector<char> body_moves(motion.rigid_of_body.size());
+  ScratchVector<char> body_moves(motion.rigid_of_body().size());
   for (std::size_t body = 0; body < body_moves.size(); ++body)
     body_moves[body] = motion.has_prescribed_motion(static_cast<std::int32_t>(body));
   const RowIslands& all = islands(motion);
@@ -336,7 +336,7 @@ ScratchVector<BodyPair> ContactConstraints::find_pressed_pairs(const Motion& mot
     if (!rows_.is_made(i)) continue;
     const ContactRow& row = rows_.made(i);
     if (is_of_link(row.contact) ||
-        !(row.normal_impulse > settings::solver::min_speed * motion.dt * row.normal_mass))
+        !(row.normal_impulse > settings::solver::min_speed * motion.dt() * row.normal_mass))
       continue;
     const BodyPair pair = ordered_bodies(row.contact);
     if (pressed.empty() || pressed.back() != pair) pressed.push_back(pair);
@@ -366,8 +366,8 @@ void ContactConstraints::solve_split_impulses(Motion& motion, int sweeps) {
     const std::int32_t island = all.of_rigid(rigid);
     return island >= 0 && all.is_selected(island);
   };
-  for (std::size_t i = 0; i < motion.rigid.size(); ++i)
-    if (motion.rigid[i].is_dynamic() && is_solved(i)) motion.apply_response(motion.rigid[i]);
+  for (std::size_t i = 0; i < motion.rigid().size(); ++i)
+    if (motion.rigid()[i].is_dynamic() && is_solved(i)) motion.apply_response(motion.rigid()[i]);
   for (ArticulatedMotion& body : motion.articulated)
     if (is_solved(body.links.front().rigid)) motion.apply_response(body);
 }

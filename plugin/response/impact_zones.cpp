@@ -13,15 +13,15 @@ namespace {
 
 // Whether a vertex is pinned. For an anchored vertex the zones contain the rigid body instead.
 bool is_pinned(std::int32_t v, const Motion& motion) {
-  return motion.is_soft(v) && motion.inverse_mass[v] == 0 && motion.anchor_body_of(v) < 0;
+  return motion.is_soft(v) && motion.inverse_mass()[v] == 0 && motion.anchor_body_of(v) < 0;
 }
 
 // Whether the contact is between a moving kinematic body and a pinned node that moves in another
 // way. Applications have such pairs.
 bool has_conflicting_motion(const Contact& contact, const Motion& motion) {
-  const int a = motion.rigid_of_body[contact.body_a], b = motion.rigid_of_body[contact.body_b];
+  const int a = motion.rigid_of_body()[contact.body_a], b = motion.rigid_of_body()[contact.body_b];
   if (a < 0 && b < 0) return false;
-  const RigidMotion& body = motion.rigid[a >= 0 ? a : b];
+  const RigidMotion& body = motion.rigid()[a >= 0 ? a : b];
   if (body.is_movable() || body.stands_still()) return false;
   const RigidStep step = step_of(body);
   return std::any_of(contact.vertices.begin(), contact.vertices.end(), [&](std::int32_t v) {
@@ -34,7 +34,7 @@ bool has_conflicting_motion(const Contact& contact, const Motion& motion) {
 
 ImpactZones::ImpactZones(const Motion& motion, const Threads& threads)
     : soft_count_(motion.soft_count()),
-      zones_(motion.inverse_mass.size() + motion.rigid.size()),
+      zones_(motion.inverse_mass().size() + motion.rigid().size()),
       held_(zones_.size(), 0),
       in_zone_(zones_.size(), 0),
       zone_motion_(motion, threads) {}
@@ -64,15 +64,16 @@ bool ImpactZones::hold(std::int32_t member) {
 std::vector<std::int32_t> ImpactZones::members_of(const Contact& contact, const Motion& motion) {
   std::vector<std::int32_t> members;
   for (const std::int32_t b : {contact.body_a, contact.body_b}) {
-    const int body = motion.rigid_of_body[b];
-    if (body >= 0 && motion.rigid[body].is_dynamic()) members.push_back(motion.soft_count() + body);
+    const int body = motion.rigid_of_body()[b];
+    if (body >= 0 && motion.rigid()[body].is_dynamic())
+      members.push_back(motion.soft_count() + body);
   }
   for (const std::int32_t v : contact.vertices) {
     if (motion.is_free(v)) {
       members.push_back(v);
     } else if (motion.is_soft(v)) {
       const int anchor = motion.anchor_body_of(v);
-      if (anchor >= 0 && motion.rigid[anchor].is_dynamic())
+      if (anchor >= 0 && motion.rigid()[anchor].is_dynamic())
         members.push_back(motion.soft_count() + anchor);
     }
   }
@@ -82,15 +83,15 @@ std::vector<std::int32_t> ImpactZones::members_of(const Contact& contact, const 
 PrescribedMembers ImpactZones::prescribed_members_of(const Contact& contact, const Motion& motion) {
   PrescribedMembers prescribed;
   for (const std::int32_t b : {contact.body_a, contact.body_b}) {
-    const int body = motion.rigid_of_body[b];
-    if (body >= 0 && !motion.rigid[body].is_dynamic()) prescribed.bodies.insert(body);
+    const int body = motion.rigid_of_body()[b];
+    if (body >= 0 && !motion.rigid()[body].is_dynamic()) prescribed.bodies.insert(body);
   }
   // The free members follow the body and leave the pinned node behind.
   if (has_conflicting_motion(contact, motion)) return prescribed;
   for (const std::int32_t v : contact.vertices) {
     if (is_pinned(v, motion)) prescribed.nodes.insert(v);
     const int anchor = motion.is_soft(v) ? motion.anchor_body_of(v) : -1;
-    if (anchor >= 0 && !motion.rigid[anchor].is_dynamic()) prescribed.bodies.insert(anchor);
+    if (anchor >= 0 && !motion.rigid()[anchor].is_dynamic()) prescribed.bodies.insert(anchor);
   }
   return prescribed;
 }
@@ -131,8 +132,9 @@ bool ImpactZones::hold(const std::vector<Contact>& contacts, bool whole_bodies, 
     std::vector<std::int32_t> held = members_of(contact, motion);
     if (whole_bodies) {
       for (const std::int32_t body : {contact.body_a, contact.body_b}) {
-        for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v) {
-          if (motion.is_soft(v) && motion.inverse_mass[v] > 0) held.push_back(v);
+        for (std::int32_t v = motion.first_vertex()[body]; v < motion.first_vertex()[body + 1];
+             ++v) {
+          if (motion.is_soft(v) && motion.inverse_mass()[v] > 0) held.push_back(v);
         }
       }
     }
@@ -157,13 +159,13 @@ bool ImpactZones::stop_prescribed(const std::vector<Contact>& contacts, Motion& 
       motion.set_end_to_start(v);
     }
     for (const int body : prescribed.bodies) {
-      if (motion.rigid[body].stands_still()) continue;
+      if (motion.rigid()[body].stands_still()) continue;
       changed = hold(motion.soft_count() + body) || changed;
-      const int articulated = motion.rigid[body].articulated;
+      const int articulated = motion.rigid()[body].articulated;
       if (articulated >= 0) {
         motion.hold_at_start(motion.articulated[articulated]);
       } else {
-        motion.set_end_to_start(motion.rigid[body]);
+        motion.set_end_to_start(motion.rigid()[body]);
       }
     }
   };

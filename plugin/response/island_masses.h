@@ -21,7 +21,8 @@ struct Mass {
       predicted;             ///< of the vertex or the centre of mass, at the end of the step
   const Vector3d& velocity;  ///< Bullet's
   Vector3d& change;          ///< velocity change of the response
-  RigidMotion* body;         ///< null for a vertex
+  const RigidMotion* body;   ///< null for a vertex
+  RigidSolution* solution;   ///< of the body
   bool is_carrier = false;   ///< as in MassRange
 };
 
@@ -67,15 +68,16 @@ class IslandMasses {
   template <class Each>
   void for_each_of(const MassRange& range, const Each& each) const {
     if (range.rigid >= 0) {
-      RigidMotion& body = motion_.rigid[range.rigid];
+      const RigidMotion& body = motion_.rigid()[range.rigid];
       if (!body.is_dynamic()) return;
+      RigidSolution& solution = motion_.solution_of(body);
       each(Mass{body.mass(), to_double(body.end.getOrigin()), to_double(body.predicted.getOrigin()),
-                body.velocity, body.velocity_change, &body, range.is_carrier});
+                body.velocity, solution.velocity_change, &body, &solution, range.is_carrier});
     }
     for (std::int32_t v = range.first; v < range.last; ++v) {
-      if (motion_.inverse_mass[v] == 0) continue;
-      each(Mass{1 / motion_.inverse_mass[v], motion_.end_of(v), motion_.predicted[v],
-                motion_.velocity[v], motion_.velocity_change[v], nullptr});
+      if (motion_.inverse_mass()[v] == 0) continue;
+      each(Mass{1 / motion_.inverse_mass()[v], motion_.end_of(v), motion_.predicted[v],
+                motion_.velocity()[v], motion_.velocity_change[v], nullptr, nullptr});
     }
   }
 

@@ -13,7 +13,7 @@ namespace {
 // in one substep, so it is at most that speed. If that is zero, the body was put elsewhere, and the
 // displacement counts.
 double prescribed_speed_of(std::int32_t v, const RigidMotion* body, const Motion& motion) {
-  const double speed = (motion.end_of(v) - motion.start_of(v)).norm() / motion.dt;
+  const double speed = (motion.end_of(v) - motion.start_of(v)).norm() / motion.dt();
   if (!body || (body->velocity.isZero() && body->angular_velocity.isZero())) return speed;
   const double stored_speed = body->velocity_at(motion.start_of(v)).norm();
   return body->is_conveyor ? stored_speed : std::min(speed, stored_speed);
@@ -22,11 +22,11 @@ double prescribed_speed_of(std::int32_t v, const RigidMotion* body, const Motion
 // Speed of the fastest vertex of a body that is of infinite mass or that the application moves,
 // m/s; none if it has no such vertex.
 std::optional<double> prescribed_speed_of(std::int32_t body, const Motion& motion) {
-  const int rigid = motion.rigid_of_body[body];
-  const bool has_velocity = rigid >= 0 && !motion.rigid[rigid].is_driven;
-  const RigidMotion* const obstacle = has_velocity ? &motion.rigid[rigid] : nullptr;
+  const int rigid = motion.rigid_of_body()[body];
+  const bool has_velocity = rigid >= 0 && !motion.rigid()[rigid].is_driven;
+  const RigidMotion* const obstacle = has_velocity ? &motion.rigid()[rigid] : nullptr;
   std::optional<double> fastest;
-  for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v) {
+  for (std::int32_t v = motion.first_vertex()[body]; v < motion.first_vertex()[body + 1]; ++v) {
     if (motion.is_free(v) || (motion.is_soft(v) && motion.anchor_body_of(v) >= 0)) continue;
     fastest = std::max(fastest.value_or(0), prescribed_speed_of(v, obstacle, motion));
   }
@@ -34,8 +34,8 @@ std::optional<double> prescribed_speed_of(std::int32_t body, const Motion& motio
 }
 
 bool is_movable(std::int32_t body, const Motion& motion) {
-  const int rigid = motion.rigid_of_body[body];
-  return rigid < 0 || motion.rigid[rigid].is_movable();
+  const int rigid = motion.rigid_of_body()[body];
+  return rigid < 0 || motion.rigid()[rigid].is_movable();
 }
 
 }  // namespace
@@ -48,7 +48,7 @@ void Island::add_fixed(std::optional<double> speed) {
 
 void Islands::find(const std::vector<const ContactRow*>& rows,
                    const std::vector<std::int32_t>& others, const Motion& motion) {
-  sets_.reset(motion.rigid_of_body.size());
+  sets_.reset(motion.rigid_of_body().size());
   in_contact_.assign(sets_.size(), 0);
   is_carrier_.assign(sets_.size(), 0);
   for (const std::int32_t body : others) in_contact_[body] = 1;
@@ -70,15 +70,15 @@ void Islands::join_contacts(const std::vector<const ContactRow*>& rows, const Mo
 
 // Contacts of an anchored vertex also push the rigid body that it is anchored to.
 void Islands::join_anchored(const Motion& motion) {
-  body_of_rigid_.resize(motion.rigid.size());
-  for (std::size_t body = 0; body < motion.rigid_of_body.size(); ++body) {
-    const int rigid = motion.rigid_of_body[body];
+  body_of_rigid_.resize(motion.rigid().size());
+  for (std::size_t body = 0; body < motion.rigid_of_body().size(); ++body) {
+    const int rigid = motion.rigid_of_body()[body];
     if (rigid >= 0) body_of_rigid_[rigid] = static_cast<std::int32_t>(body);
   }
-  for (const auto& [vertex, anchored] : motion.anchored) {
+  for (const auto& [vertex, anchored] : motion.anchored()) {
     const auto next =
-        std::upper_bound(motion.first_vertex.begin(), motion.first_vertex.end(), vertex);
-    const auto body = static_cast<std::int32_t>(next - motion.first_vertex.begin()) - 1;
+        std::upper_bound(motion.first_vertex().begin(), motion.first_vertex().end(), vertex);
+    const auto body = static_cast<std::int32_t>(next - motion.first_vertex().begin()) - 1;
     if (!in_contact_[body]) continue;
     const std::int32_t rigid_body = body_of_rigid_[anchored.rigid];
     is_carrier_[rigid_body] = !in_contact_[rigid_body];
@@ -130,7 +130,7 @@ void Islands::add_bodies(const Motion& motion) {
 void Islands::add_body(std::int32_t body, std::size_t first_articulated, const Motion& motion,
                        Island& island) {
   const RigidMotion* const rigid =
-      motion.rigid_of_body[body] < 0 ? nullptr : &motion.rigid_of(body);
+      motion.rigid_of_body()[body] < 0 ? nullptr : &motion.rigid_of(body);
   if (rigid && rigid->is_driven) island.add_fixed(prescribed_speed_of(body, motion));
   if (rigid && rigid->is_dynamic()) {
     island.free = island.free && !rigid->is_locked() && !rigid->supported_mobility;
@@ -157,12 +157,12 @@ void Islands::add_masses(Span<const std::int32_t> bodies, const Motion& motion) 
     count += size;
   };
   for (const std::int32_t body : bodies) {
-    if (motion.rigid_of_body[body] >= 0) {
-      add({motion.rigid_of_body[body], is_carrier_[body] != 0, 0, 0}, 1);
+    if (motion.rigid_of_body()[body] >= 0) {
+      add({motion.rigid_of_body()[body], is_carrier_[body] != 0, 0, 0}, 1);
       continue;
     }
-    const std::int32_t last = motion.first_vertex[body + 1];
-    for (std::int32_t v = motion.first_vertex[body]; v < last; v += part_size) {
+    const std::int32_t last = motion.first_vertex()[body + 1];
+    for (std::int32_t v = motion.first_vertex()[body]; v < last; v += part_size) {
       const std::int32_t next = std::min(v + part_size, last);
       add({-1, false, v, next}, next - v);
     }

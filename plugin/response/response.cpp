@@ -30,7 +30,7 @@ void let_motors_give_way(const RowIslands& islands, Motion& motion) {
 }
 
 bool are_disjoint(Span<const Island> islands, const Motion& motion) {
-  ScratchVector<char> is_in(motion.rigid_of_body.size(), 0);
+  ScratchVector<char> is_in(motion.rigid_of_body().size(), 0);
   for (const Island& island : islands)
     for (const std::int32_t body : island.bodies)
       if (is_in[body]++ != 0) return false;
@@ -102,7 +102,7 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
   contacts.erase(std::remove_if(contacts.begin(), contacts.end(), may_separate_freely),
                  contacts.end());
 
-  Crowding crowding(motion.rigid_of_body.size());
+  Crowding crowding(motion.rigid_of_body().size());
   for (int i = 0; i < options_.max_impulse_rounds && !contacts.empty(); ++i) {
     if (!constraints_.add(contacts, motion)) break;
     RowIslands& islands = constraints_.islands(motion);
@@ -128,10 +128,10 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
 
 void Response::hold_links_in_contact(const LinkSolver& links, Motion& motion) {
   const RowIslands& islands = constraints_.islands(motion);
-  ScratchVector<char> is_in_contact(motion.rigid_of_body.size(), 0);
+  ScratchVector<char> is_in_contact(motion.rigid_of_body().size(), 0);
   for (const ContactRow* const row : constraints_.active_rows())
     for (const std::int32_t body : {row->contact.body_a, row->contact.body_b})
-      is_in_contact[body] = motion.rigid_of_body[body] < 0 && islands.of_body(body) >= 0 &&
+      is_in_contact[body] = motion.rigid_of_body()[body] < 0 && islands.of_body(body) >= 0 &&
                             islands.is_selected(static_cast<std::size_t>(islands.of_body(body)));
   ScratchVector<std::int32_t> bodies;
   for (std::size_t body = 0; body < is_in_contact.size(); ++body)
@@ -194,8 +194,9 @@ void Response::let_bodies_leave_supports(Motion& motion) {
   if (left.empty()) return;
   RowIslands& islands = constraints_.islands(motion);
   islands.select_none();
-  for (std::int32_t body = 0; body < static_cast<std::int32_t>(motion.rigid_of_body.size()); ++body)
-    if (std::binary_search(left.begin(), left.end(), motion.rigid_of_body[body]))
+  for (std::int32_t body = 0; body < static_cast<std::int32_t>(motion.rigid_of_body().size());
+       ++body)
+    if (std::binary_search(left.begin(), left.end(), motion.rigid_of_body()[body]))
       islands.select_body(body);
   constraints_.solve(motion, options_.solver_iterations);
 }
@@ -211,9 +212,9 @@ bool Response::update_holds(const UpdateHolds& update, Motion& motion) {
     if (std::find(of.begin(), of.end(), 1) == of.end()) return false;
     RowIslands& islands = constraints_.islands(motion);
     islands.select_none();
-    for (std::size_t body = 0; body < motion.rigid_of_body.size(); ++body) {
-      const std::int32_t rigid = motion.rigid_of_body[body];
-      const int articulated = rigid < 0 ? -1 : motion.rigid[rigid].articulated;
+    for (std::size_t body = 0; body < motion.rigid_of_body().size(); ++body) {
+      const std::int32_t rigid = motion.rigid_of_body()[body];
+      const int articulated = rigid < 0 ? -1 : motion.rigid()[rigid].articulated;
       if (articulated >= 0 && of[static_cast<std::size_t>(articulated)])
         islands.select_body(static_cast<std::int32_t>(body));
     }

@@ -46,15 +46,15 @@ struct Load {
 // `sticking`: part of the load whose contacts do not slide.
 void damp_deformation(std::size_t body, double sticking, double rate, double rest_speed,
                       Motion& motion) {
-  const std::int32_t first = motion.first_vertex[body], last = motion.first_vertex[body + 1];
-  const Vector3d origin = motion.end_of(first), origin_velocity = motion.velocity[first];
+  const std::int32_t first = motion.first_vertex()[body], last = motion.first_vertex()[body + 1];
+  const Vector3d origin = motion.end_of(first), origin_velocity = motion.velocity()[first];
   const auto velocity = [&](std::int32_t v) -> Vector3d {
-    return motion.velocity[v] + motion.velocity_change[v] - origin_velocity;
+    return motion.velocity()[v] + motion.velocity_change[v] - origin_velocity;
   };
   NodeSums sums;
   for (std::int32_t v = first; v < last; ++v) {
-    if (motion.inverse_mass[v] > 0)
-      sums.add(1 / motion.inverse_mass[v], motion.end_of(v) - origin, velocity(v));
+    if (motion.inverse_mass()[v] > 0)
+      sums.add(1 / motion.inverse_mass()[v], motion.end_of(v) - origin, velocity(v));
   }
   if (sums.mass == 0) return;
   const Vector3d centre = sums.position / sums.mass, mean_velocity = sums.velocity / sums.mass;
@@ -70,9 +70,9 @@ void damp_deformation(std::size_t body, double sticking, double rate, double res
       std::max(0.0, square_sum - angular_velocity.dot(angular_momentum));
   if (deformation_square_sum >= limit) return;
   const double fraction =
-      sticking * (1 - std::exp(-rate * motion.dt)) * (1 - deformation_square_sum / limit);
+      sticking * (1 - std::exp(-rate * motion.dt())) * (1 - deformation_square_sum / limit);
   for (std::int32_t v = first; v < last; ++v) {
-    if (motion.inverse_mass[v] == 0) continue;
+    if (motion.inverse_mass()[v] == 0) continue;
     const Vector3d arm = motion.end_of(v) - origin - centre;
     motion.velocity_change[v] -=
         fraction * (velocity(v) - mean_velocity - angular_velocity.cross(arm));
@@ -83,7 +83,7 @@ void damp_deformation(std::size_t body, double sticking, double rate, double res
 
 void damp_deformation(const std::vector<const ContactRow*>& rows, double rate, double rest_speed,
                       const Threads& threads, Motion& motion) {
-  ScratchVector<Load> loads(motion.rigid_of_body.size());
+  ScratchVector<Load> loads(motion.rigid_of_body().size());
   for (const ContactRow* const row : rows) {
     for (const std::int32_t body : {row->contact.body_a, row->contact.body_b}) {
       loads[body].all += row->normal_impulse;
@@ -91,11 +91,11 @@ void damp_deformation(const std::vector<const ContactRow*>& rows, double rate, d
     }
   }
   constexpr std::size_t min_vertices = 4096;  // of a range of bodies
-  const std::size_t grain = 1 + min_vertices * loads.size() / (1 + motion.velocity.size());
+  const std::size_t grain = 1 + min_vertices * loads.size() / (1 + motion.velocity().size());
   threads.parallel_for(loads.size(), grain, [&](std::size_t first, std::size_t last) {
     for (std::size_t body = first; body < last; ++body) {
       const Load& load = loads[body];
-      if (load.all > load.sliding && motion.rigid_of_body[body] < 0)
+      if (load.all > load.sliding && motion.rigid_of_body()[body] < 0)
         damp_deformation(body, 1 - load.sliding / load.all, rate, rest_speed, motion);
     }
   });

@@ -20,27 +20,28 @@ using Fractions = std::vector<double>;
 // Adds a fraction of what `bounce` solved to the velocities of each island.
 void add(const Fractions& fractions, const Motion& bounce, const RowIslands& islands,
          Motion& motion) {
-  for (std::size_t body = 0; body < motion.rigid_of_body.size(); ++body) {
+  for (std::size_t body = 0; body < motion.rigid_of_body().size(); ++body) {
     const std::int32_t island = islands.of_body(static_cast<std::int32_t>(body));
     if (island < 0) continue;
     const double fraction = fractions[island];
-    const std::int32_t rigid = motion.rigid_of_body[body];
+    const std::int32_t rigid = motion.rigid_of_body()[body];
     if (rigid >= 0) {
-      const RigidMotion& from = bounce.rigid[rigid];
-      motion.rigid[rigid].velocity_change += fraction / motion.dt * from.translation;
-      motion.rigid[rigid].angular_velocity_change += fraction / motion.dt * from.rotation;
+      const RigidSolution& from = bounce.rigid()[rigid];
+      RigidSolution& to = motion.solution_of(motion.rigid()[rigid]);
+      to.velocity_change += fraction / motion.dt() * from.translation;
+      to.angular_velocity_change += fraction / motion.dt() * from.rotation;
       continue;
     }
-    for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v)
+    for (std::int32_t v = motion.first_vertex()[body]; v < motion.first_vertex()[body + 1]; ++v)
       motion.velocity_change[v] +=
-          fraction * motion.rate[v] * (bounce.solved[v] - motion.predicted[v]);
+          fraction * motion.rate()[v] * (bounce.solved[v] - motion.predicted[v]);
   }
   for (std::size_t i = 0; i < bounce.articulated.size(); ++i) {
     const ArticulatedMotion& from = bounce.articulated[i];
     const std::int32_t island = islands.of_rigid(from.links.front().rigid);
     if (island < 0) continue;
     const double fraction = fractions[island];
-    motion.articulated[i].add_velocity_change(from, fraction, motion.dt);
+    motion.articulated[i].add_velocity_change(from, fraction, motion.dt());
   }
 }
 
@@ -97,7 +98,7 @@ void add_restitution(RowList& rows, double restitution, double threshold, int sw
     const double solved = row.normal.dot(gap_vector_at_end(row, motion));
     const double approach = row.start_gap - predicted;
     const bool bounces =
-        row.normal_impulse > 0 && approach >= threshold * motion.dt && !is_of_link(row.contact);
+        row.normal_impulse > 0 && approach >= threshold * motion.dt() && !is_of_link(row.contact);
     const double wanted_gap =
         bounces ? row.start_gap + restitution * approach : std::min(row.target_gap, solved);
     row.target_gap = predicted + wanted_gap - solved;

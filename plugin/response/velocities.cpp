@@ -21,11 +21,11 @@ double kinetic_energy(const Motion& motion, const Velocity& velocity,
                       const AngularVelocity& angular_velocity) {
   double twice = 0;
   for (std::int32_t v = 0; v < motion.soft_count(); ++v) {
-    if (motion.inverse_mass[v] > 0)
-      twice += velocity(motion.velocity[v], motion.velocity_change[v]).squaredNorm() /
-               motion.inverse_mass[v];
+    if (motion.inverse_mass()[v] > 0)
+      twice += velocity(motion.velocity()[v], motion.velocity_change[v]).squaredNorm() /
+               motion.inverse_mass()[v];
   }
-  for (const RigidMotion& body : motion.rigid) {
+  for (const RigidMotion& body : motion.rigid()) {
     if (!body.is_dynamic()) continue;
     const Vector3d omega = angular_velocity(body.angular_velocity, body.angular_velocity_change);
     twice += velocity(body.velocity, body.velocity_change).squaredNorm() * body.mass();
@@ -50,7 +50,7 @@ double kinetic_energy_after(const Motion& motion) {
 
 ScratchVector<IslandEnergy> kinetic_energies(const Motion& motion, const RowIslands& islands) {
   ScratchVector<IslandEnergy> energies(islands.count());
-  for (std::int32_t body = 0; body < static_cast<std::int32_t>(motion.rigid_of_body.size());
+  for (std::int32_t body = 0; body < static_cast<std::int32_t>(motion.rigid_of_body().size());
        ++body) {
     const std::int32_t island = islands.of_body(body);
     if (island < 0) continue;
@@ -59,10 +59,10 @@ ScratchVector<IslandEnergy> kinetic_energies(const Motion& motion, const RowIsla
       energy.before += 0.5 * mass * velocity.squaredNorm();
       energy.after += 0.5 * mass * (velocity + change).squaredNorm();
     };
-    if (motion.rigid_of_body[body] < 0) {
-      for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v) {
-        if (motion.inverse_mass[v] > 0)
-          add(1 / motion.inverse_mass[v], motion.velocity[v], motion.velocity_change[v]);
+    if (motion.rigid_of_body()[body] < 0) {
+      for (std::int32_t v = motion.first_vertex()[body]; v < motion.first_vertex()[body + 1]; ++v) {
+        if (motion.inverse_mass()[v] > 0)
+          add(1 / motion.inverse_mass()[v], motion.velocity()[v], motion.velocity_change[v]);
       }
       continue;
     }
@@ -84,7 +84,7 @@ bool select_with_energy_gain(const Motion& motion, RowIslands& islands) {
   const ScratchVector<IslandEnergy> energies = kinetic_energies(motion, islands);
   islands.select_none();
   bool any = false;
-  for (std::int32_t body = 0; body < static_cast<std::int32_t>(motion.rigid_of_body.size());
+  for (std::int32_t body = 0; body < static_cast<std::int32_t>(motion.rigid_of_body().size());
        ++body) {
     const std::int32_t island = islands.of_body(body);
     if (island < 0 || energies[island].after <= energies[island].before) continue;
@@ -98,17 +98,18 @@ void set_velocities(const Threads& threads, Motion& motion) {
   motion.velocity_change.resize(motion.solved.size());
   threads.parallel_for(motion.solved.size(), grain, [&](std::size_t first, std::size_t last) {
     for (std::size_t v = first; v < last; ++v) {
-      motion.velocity_change[v] = (motion.solved[v] - motion.predicted[v]) * motion.rate[v];
+      motion.velocity_change[v] = (motion.solved[v] - motion.predicted[v]) * motion.rate()[v];
       // An anchored vertex gets its velocity from Bullet's anchor.
-      if (motion.inverse_mass[v] == 0) motion.velocity_change[v].setZero();
+      if (motion.inverse_mass()[v] == 0) motion.velocity_change[v].setZero();
     }
   });
-  for (RigidMotion& body : motion.rigid) {
-    body.velocity_change = body.translation / motion.dt;
-    body.angular_velocity_change = body.rotation / motion.dt;
+  for (const RigidMotion& body : motion.rigid()) {
+    RigidSolution& solution = motion.solution_of(body);
+    solution.velocity_change = body.translation / motion.dt();
+    solution.angular_velocity_change = body.rotation / motion.dt();
   }
   for (ArticulatedMotion& body : motion.articulated) {
-    body.set_velocity_change(motion.dt);
+    body.set_velocity_change(motion.dt());
   }
 }
 
@@ -149,7 +150,7 @@ void restore_angular_momentum(Span<const Island> islands, const Threads& threads
     const Vector3d angular_velocity = rotation_from_momentum(inertia, lost);
     masses.for_each([&](const Mass& m) {
       m.change += angular_velocity.cross(m.position - centre);
-      if (m.body && !m.is_carrier) m.body->angular_velocity_change += angular_velocity;
+      if (m.body && !m.is_carrier) m.solution->angular_velocity_change += angular_velocity;
     });
   }
 }
@@ -224,7 +225,7 @@ void limit_kinetic_energy(Span<const Island> islands, const Threads& threads, Mo
                              : (std::sqrt(mixed * mixed + quadratic * spare) - mixed) / quadratic;
     masses.for_each([scale](const Mass& m) {
       m.change *= scale;
-      if (m.body) m.body->angular_velocity_change *= scale;
+      if (m.body) m.solution->angular_velocity_change *= scale;
     });
     for (const int i : island.articulated) motion.articulated[i].scale_velocity_change(scale);
   }

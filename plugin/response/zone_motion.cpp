@@ -71,21 +71,21 @@ struct ZoneMotion::Member {
 
 ZoneMotion::ZoneMotion(const Motion& motion, const Threads& threads)
     : threads_(threads),
-      zone_vertex_(motion.rigid.size(), in_no_zone),
+      zone_vertex_(motion.rigid().size(), in_no_zone),
       solved_(motion.solved),
-      rigid_(motion.rigid) {}
+      rigid_(motion.rigid()) {}
 
 bool ZoneMotion::note_vertices(const Contact& contact, const Motion& motion) {
   bool changed = false;
   const auto note = [&](int body, std::int32_t vertex) {
-    if (body < 0 || !motion.rigid[body].is_dynamic()) return;
+    if (body < 0 || !motion.rigid()[body].is_dynamic()) return;
     std::int32_t& known = zone_vertex_[body];
     const std::int32_t now = known == in_no_zone || known == vertex ? vertex : turns;
     changed = changed || known != now;
     known = now;
   };
   for (const std::int32_t b : {contact.body_a, contact.body_b})
-    note(motion.rigid_of_body[b], turns);
+    note(motion.rigid_of_body()[b], turns);
   for (const std::int32_t v : contact.vertices) {
     if (motion.is_soft(v)) note(motion.anchor_body_of(v), v);
   }
@@ -112,7 +112,7 @@ Vector3d ZoneMotion::end_of_body(int body, const Motion& motion) const {
   const RigidMotion& moved = rigid_[body];
   const Vector3d centre = to_double(moved.predicted.getOrigin()) + moved.translation;
   if (turns_with_zone(body)) return centre;
-  const btVector3& local = motion.anchored.find(zone_vertex_[body])->local;
+  const btVector3& local = motion.anchored().find(zone_vertex_[body])->local;
   return centre + rotation_by(moved.rotation) * to_double(moved.predicted.getBasis() * local);
 }
 
@@ -121,7 +121,7 @@ ZoneMotion::Member ZoneMotion::member_of(const ImpactZone& zone, std::size_t i,
   if (i < zone.nodes.size()) {
     const std::int32_t v = zone.nodes[i];
     const Vector3d start = motion.start_of(v);
-    return {1 / motion.inverse_mass[v], start, solved_[v] - start, nullptr};
+    return {1 / motion.inverse_mass()[v], start, solved_[v] - start, nullptr};
   }
   const int b = zone.bodies[i - zone.nodes.size()];
   const Vector3d start = start_of_body(b, motion);
@@ -148,7 +148,7 @@ std::optional<RigidStep> ZoneMotion::prescribed_step_of(const PrescribedMembers&
     is_consistent = is_consistent && (!prescribed || step == *prescribed);
     prescribed = step;
   };
-  for (const int body : members.bodies) follow(step_of(motion.rigid[body]));
+  for (const int body : members.bodies) follow(step_of(motion.rigid()[body]));
   for (const std::int32_t v : members.nodes) {
     if (prescribed && prescribed->moves_along(v, motion)) continue;
     RigidStep step;
@@ -232,18 +232,19 @@ void ZoneMotion::move_node(std::int32_t node, const RigidStep& velocity_step,
 
 void ZoneMotion::move_body(int b, const RigidStep& velocity_step, const RigidStep& position_step,
                            Motion& motion) const {
-  RigidMotion& body = motion.rigid[b];
+  const RigidMotion& body = motion.rigid()[b];
+  RigidSolution& solution = motion.solution_of(body);
   const Vector3d at = start_of_body(b, motion);
   if (turns_with_zone(b)) {
     const Matrix3d predicted_rotation =
         to_double(body.predicted.getBasis()) * to_double(body.start.getBasis()).transpose();
-    body.rotation = rotation_vector(velocity_step.rotation * predicted_rotation.transpose());
+    solution.rotation = rotation_vector(velocity_step.rotation * predicted_rotation.transpose());
   } else {
-    body.rotation = rigid_[b].rotation;
+    solution.rotation = rigid_[b].rotation;
   }
-  body.translation = velocity_step(at) - (end_of_body(b, motion) - rigid_[b].translation);
-  body.split_translation = position_step(at) - velocity_step(at);
-  body.split_rotation.setZero();
+  solution.translation = velocity_step(at) - (end_of_body(b, motion) - rigid_[b].translation);
+  solution.split_translation = position_step(at) - velocity_step(at);
+  solution.split_rotation.setZero();
   if (position_step.stays()) {
     motion.set_end_to_start(body);
   } else {

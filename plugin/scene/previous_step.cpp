@@ -15,11 +15,11 @@ namespace {
 btScalar largest_pinned_displacement(const SoftScene::BodyRecord& record, const Motion& motion) {
   btScalar squared = 0;
   for (std::int32_t v = record.first_vertex; v < record.first_vertex + record.vertex_count; ++v) {
-    if (motion.inverse_mass[v] > 0) continue;
+    if (motion.inverse_mass()[v] > 0) continue;
     const auto at = 3 * static_cast<std::size_t>(v);
     btScalar sum = 0;
     for (std::size_t k = at; k < at + 3; ++k)
-      sum += (motion.end[k] - motion.start[k]) * (motion.end[k] - motion.start[k]);
+      sum += (motion.end[k] - motion.start()[k]) * (motion.end[k] - motion.start()[k]);
     squared = btMax(squared, sum);
   }
   return btSqrt(squared);

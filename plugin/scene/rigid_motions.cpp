@@ -42,8 +42,8 @@ bool is_ball_about_origin(const Triangles& triangles) {
 // Fills Motion::articulated with the multibodies that joints or a free base move.
 void find_multibodies(const Obstacles& obstacles, Motion& motion) {
   motion.articulated.clear();
-  for (std::size_t i = 0; i < motion.rigid.size(); ++i) {
-    RigidMotion& rigid = motion.rigid[i];
+  for (std::size_t i = 0; i < motion.rigid().size(); ++i) {
+    RigidMotion& rigid = motion.input().rigid[i];
     const btMultiBodyLinkCollider* const link = btMultiBodyLinkCollider::upcast(rigid.object);
     if (!link || !is_movable(*link)) continue;
     btMultiBody* const body = link->m_multiBody;
@@ -62,23 +62,25 @@ void find_multibodies(const Obstacles& obstacles, Motion& motion) {
 // Index in Motion::rigid of the bodies that impulses move.
 std::map<const btCollisionObject*, int> find_movable(const Motion& motion) {
   std::map<const btCollisionObject*, int> found;
-  for (std::size_t i = 0; i < motion.rigid.size(); ++i)
-    if (motion.rigid[i].is_movable()) found.insert({motion.rigid[i].object, static_cast<int>(i)});
+  for (std::size_t i = 0; i < motion.rigid().size(); ++i)
+    if (motion.rigid()[i].is_movable())
+      found.insert({motion.rigid()[i].object, static_cast<int>(i)});
   return found;
 }
 
 }  // namespace
 
 void read_rigid_motions(const StepTopology& topology, const Obstacles& obstacles, Motion& motion) {
-  motion.first_vertex.clear();
-  motion.rigid_of_body.clear();
-  motion.rigid.clear();
-  motion.anchored.clear();
-  motion.start.resize(3 * static_cast<std::size_t>(topology.vertex_count()));
-  motion.end.resize(motion.start.size());
+  StepInput& input = motion.input();
+  input.first_vertex.clear();
+  input.rigid_of_body.clear();
+  input.rigid.clear();
+  input.anchored.clear();
+  input.start.resize(3 * static_cast<std::size_t>(topology.vertex_count()));
+  motion.end.resize(input.start.size());
   for (const StepTopology::BodyRecord& body : topology.bodies()) {
-    motion.first_vertex.push_back(body.first_vertex);
-    motion.rigid_of_body.push_back(body.soft ? -1 : static_cast<std::int32_t>(motion.rigid.size()));
+    input.first_vertex.push_back(body.first_vertex);
+    input.rigid_of_body.push_back(body.soft ? -1 : static_cast<std::int32_t>(input.rigid.size()));
     if (body.soft) continue;
     const Obstacles::Record& record = obstacles.records()[body.obstacle];
     RigidMotion rigid = rigid_motion(*body.object);
@@ -90,14 +92,14 @@ void read_rigid_motions(const StepTopology& topology, const Obstacles& obstacles
     if (record.last_vertices) rigid.local_at_start = record.last_vertices->data();
     rigid.is_driven = record.driven;
     rigid.start = record.start;
-    rigid.predicted = record.end;
-    motion.write_start_vertices(rigid);
-    motion.set_end_pose(rigid, record.end);
+    rigid.predicted = rigid.end = record.end;
     rigid.is_conveyor = body.object->isStaticObject() && rigid.stands_still() &&
                         !(rigid.velocity.isZero() && rigid.angular_velocity.isZero());
-    motion.rigid.push_back(rigid);
+    input.rigid.push_back(rigid);
+    input.write_start_vertices(rigid);
+    motion.set_end_pose(input.rigid.back(), record.end);
   }
-  motion.first_vertex.push_back(topology.vertex_count());
+  input.first_vertex.push_back(topology.vertex_count());
   find_multibodies(obstacles, motion);
 }
 
@@ -110,11 +112,11 @@ void find_anchored_vertices(const SoftScene& scene, Motion& motion) {
       const std::int32_t v = scene.vertex_of(record, node);
       // Skips pinned nodes, through which Bullet's anchors push nothing, and nodes that the anchor
       // does not move, as in the rigid world.
-      if (v < 0 || anchors[i].m_node->m_im == 0 || motion.inverse_mass[v] > 0) continue;
-      motion.release(v);  // the last of several anchors counts
+      if (v < 0 || anchors[i].m_node->m_im == 0 || motion.inverse_mass()[v] > 0) continue;
+      motion.input().release(v);  // the last of several anchors counts
       if (!movable) movable = find_movable(motion);
       const auto rigid = movable->find(anchors[i].m_cti.m_colObj);
-      if (rigid != movable->end()) motion.anchor(v, {anchors[i].m_local, rigid->second});
+      if (rigid != movable->end()) motion.input().anchor(v, {anchors[i].m_local, rigid->second});
     }
   }
 }

@@ -44,7 +44,7 @@ void StepReader::begin_step(const Bodies& bodies, bool is_own_solver,
 
 StepReader::Changes StepReader::read(const Bodies& bodies, double dt, const Fill& fill) {
   LAZYCCD_BT_PROFILE("read");
-  motion_.dt = dt;
+  motion_.input().dt = dt;
   if (options_.collide_rigid) obstacles_.read_poses(bodies, dt, warnings_);
   scene_.forget_changes();
   scene_.refused_pairs().end_dispatch();
@@ -151,7 +151,7 @@ Sleepers::Boxes StepReader::moved_bounds() const {
       box.add(to_bullet(motion_.end_of(v)));
     boxes.push_back(box);
   }
-  for (const RigidMotion& rigid : motion_.rigid)
+  for (const RigidMotion& rigid : motion_.rigid())
     if (!(rigid.end == rigid.predicted)) boxes.push_back(bounds_of(rigid));
   return boxes;
 }
@@ -159,7 +159,7 @@ Sleepers::Boxes StepReader::moved_bounds() const {
 bool StepReader::stands_still(const SoftScene::BodyRecord& record) const {
   const auto first = 3 * static_cast<std::ptrdiff_t>(record.first_vertex),
              last = first + 3 * static_cast<std::ptrdiff_t>(record.vertex_count);
-  return std::equal(motion_.start.begin() + first, motion_.start.begin() + last,
+  return std::equal(motion_.start().begin() + first, motion_.start().begin() + last,
                     motion_.end.begin() + first);
 }
 
@@ -205,12 +205,12 @@ void StepReader::sweep_prescribed_nodes(Changes& changes) {
 
 bool StepReader::sweep_prescribed_nodes(const SoftScene::BodyRecord& record,
                                         const std::vector<btScalar>& last) {
-  btScalar* const start = &motion_.start[3 * static_cast<std::size_t>(record.first_vertex)];
+  btScalar* const start = &motion_.input().start[3 * static_cast<std::size_t>(record.first_vertex)];
   if (std::equal(start, start + last.size(), last.begin())) return false;
   bool free_moved = false;
   for (std::size_t i = 0; i < last.size(); ++i) {
     const std::size_t v = static_cast<std::size_t>(record.first_vertex) + i / 3;
-    free_moved = free_moved || (motion_.inverse_mass[v] > 0 && start[i] != last[i]);
+    free_moved = free_moved || (motion_.inverse_mass()[v] > 0 && start[i] != last[i]);
   }
   // Where an application restores a state, soft bodies lie on bodies that it moved too.
   if (free_moved) {
@@ -230,7 +230,7 @@ bool StepReader::sweep_prescribed_nodes(const SoftScene::BodyRecord& record,
 // explain.
 bool StepReader::pinned_nodes_jumped(const SoftScene::BodyRecord& record,
                                      const std::vector<btScalar>& last) const {
-  const btScalar dt = static_cast<btScalar>(motion_.dt);
+  const btScalar dt = static_cast<btScalar>(motion_.dt());
   const btScalar explained =
       settings::displacement::max_pinned_growth * previous_.pinned_displacement() +
       static_cast<btScalar>(options_.jump_speed) * dt;
@@ -241,7 +241,7 @@ bool StepReader::pinned_nodes_jumped(const SoftScene::BodyRecord& record,
         btVector3(from[0], from[1], from[2]).distance(to_bullet(motion_.start_of(v)));
     if (moved > explained &&
         moved > explained + settings::displacement::pinned_steps_of_velocity * dt *
-                                static_cast<btScalar>(motion_.velocity[v].norm()))
+                                static_cast<btScalar>(motion_.velocity()[v].norm()))
       return true;
   }
   return false;
@@ -251,7 +251,7 @@ double StepReader::needed_thickness(btScalar farthest) const {
   // A gap is a weighted sum of the places of all vertices of a contact.
   constexpr double vertices = std::tuple_size_v<decltype(Contact::vertices)>;
   return vertices * rounding_of(static_cast<double>(farthest)) +
-         settings::detection::resolved_speed * motion_.dt;
+         settings::detection::resolved_speed * motion_.dt();
 }
 
 void StepReader::update_resolution() {
@@ -308,11 +308,11 @@ void StepReader::find_obstacle_boxes() {
 // was excluded or other nodes are pinned than before.
 bool StepReader::gather_soft(const Fill& fill) {
   const std::size_t count = static_cast<std::size_t>(scene_.vertex_count());
-  motion_.start.resize(3 * count);
+  motion_.input().start.resize(3 * count);
   motion_.end.resize(3 * count);
-  motion_.velocity.resize(count);
-  motion_.rate.resize(count);
-  motion_.inverse_mass.resize(count);
+  motion_.input().velocity.resize(count);
+  motion_.input().rate.resize(count);
+  motion_.input().inverse_mass.resize(count);
   bounds_.assign(scene_.bodies().size(), AxisBox::empty());
   ScratchVector<const btSoftBody*> pinned_elsewhere;
   ScratchVector<std::int32_t> bad_vertices;
@@ -340,15 +340,15 @@ void StepReader::gather_block(const SoftScene::BodyRecord& record, std::int32_t 
   for (std::int32_t v = first; v < last; ++v) {
     scene_.prefetch_node(record, v);
     const btScalar inverse_mass = record.body->m_nodes[scene_.node_index(v)].m_im;
-    motion_.inverse_mass[v] = static_cast<double>(inverse_mass);
-    motion_.rate[v] = 1 / motion_.dt;
+    motion_.input().inverse_mass[v] = static_cast<double>(inverse_mass);
+    motion_.input().rate[v] = 1 / motion_.dt();
     found.pins_unchanged = found.pins_unchanged && (inverse_mass > 0) != scene_.was_pinned(v);
   }
   fill(scene_, record, first, last, motion_);
   // Of any body, as everything is farther from the origin than that.
   const auto usual = static_cast<btScalar>(longest_step(record, btVector3(0, 0, 0)));
   for (std::int32_t v = first; v < last; ++v) {
-    const btScalar *start = &motion_.start[3 * static_cast<std::size_t>(v)],
+    const btScalar *start = &motion_.start()[3 * static_cast<std::size_t>(v)],
                    *end = &motion_.end[3 * static_cast<std::size_t>(v)];
     const btVector3 x0(start[0], start[1], start[2]), x1(end[0], end[1], end[2]);
     // Negated, so that the condition is also true for positions that are not finite.
@@ -365,7 +365,7 @@ double StepReader::longest_step(const SoftScene::BodyRecord& record, const btVec
   const double thickness = std::max(
       options_.thickness >= 0 ? options_.thickness : 2 * static_cast<double>(record.margin),
       needed_thickness(start.absolute()[start.absolute().maxAxis()]));
-  return std::min({settings::displacement::max_node_speed * motion_.dt,
+  return std::min({settings::displacement::max_node_speed * motion_.dt(),
                    settings::displacement::max_node_displacement,
                    settings::displacement::resolved_part * thickness /
                        static_cast<double>(std::numeric_limits<btScalar>::epsilon())});
@@ -377,7 +377,7 @@ void StepReader::exclude(std::int32_t vertex) {
   scene_.excluded().add(*record.body, record.world_index, scene_.node_index(vertex),
                         is_finite ? ExclusionReason::unresolved_step : ExclusionReason::not_finite,
                         warnings_,
-                        longest_step(record, to_bullet(motion_.start_of(vertex))) / motion_.dt);
+                        longest_step(record, to_bullet(motion_.start_of(vertex))) / motion_.dt());
 }
 
 void StepReader::gather_obstacles() {
@@ -385,12 +385,12 @@ void StepReader::gather_obstacles() {
   find_anchored_vertices(scene_, motion_);
   find_obstacles_at_rest();
   bounds_.resize(scene_.bodies().size());
-  for (const RigidMotion& rigid : motion_.rigid) bounds_.push_back(bounds_of(rigid));
+  for (const RigidMotion& rigid : motion_.rigid()) bounds_.push_back(bounds_of(rigid));
 }
 
 AxisBox StepReader::bounds_of(const RigidMotion& rigid) const {
   AxisBox box = AxisBox::empty();
-  for (const std::vector<btScalar>* const ends : {&motion_.start, &motion_.end}) {
+  for (const std::vector<btScalar>* const ends : {&motion_.start(), &motion_.end}) {
     const btScalar* x = ends->data() + 3 * static_cast<std::size_t>(rigid.first_vertex);
     for (std::int32_t i = 0; i < rigid.vertex_count; ++i, x += 3)
       box.add(btVector3(x[0], x[1], x[2]));

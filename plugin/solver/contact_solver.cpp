@@ -26,10 +26,11 @@ void ContactSolver::write(Motion& motion) {
       motion.solved[v] = motion.predicted[v] + motion.link_displacement[v];
     }
   });
-  for (std::size_t i = 0; i < motion.rigid.size(); ++i) {
+  for (std::size_t i = 0; i < motion.rigid().size(); ++i) {
     if (!moves(i)) continue;
-    translation_of(motion.rigid[i]).setZero();
-    rotation_of(motion.rigid[i]).setZero();
+    RigidSolution& solution = motion.solution_of(motion.rigid()[i]);
+    translation_of(solution).setZero();
+    rotation_of(solution).setZero();
   }
   for (ArticulatedMotion& body : motion.articulated) {
     if (moves(body.links.front().rigid)) body.clear_impulse(for_split_impulse_);
@@ -52,17 +53,18 @@ void ContactSolver::write(Motion& motion) {
     body.set_displacement(for_split_impulse_);
     for (const ArticulatedMotion::Link& link : body.links) {
       const Vector6d moved = body.displacement_of(link, for_split_impulse_);
-      translation_of(motion.rigid[link.rigid]) = moved.head<3>();
-      rotation_of(motion.rigid[link.rigid]) = moved.tail<3>();
+      RigidSolution& solution = motion.solution_of(motion.rigid()[link.rigid]);
+      translation_of(solution) = moved.head<3>();
+      rotation_of(solution) = moved.tail<3>();
     }
   }
 }
 
-Vector3d& ContactSolver::translation_of(RigidMotion& body) const {
+Vector3d& ContactSolver::translation_of(RigidSolution& body) const {
   return for_split_impulse_ ? body.split_translation : body.translation;
 }
 
-Vector3d& ContactSolver::rotation_of(RigidMotion& body) const {
+Vector3d& ContactSolver::rotation_of(RigidSolution& body) const {
   return for_split_impulse_ ? body.split_rotation : body.rotation;
 }
 
@@ -93,11 +95,12 @@ void ContactSolver::write(const RowBlock& block, Motion& motion, Scratch& scratc
       }
       if (!has_rigid_terms_) continue;
       for (const RigidTerm& term : RigidTerms(row.contact, row.weights, motion)) {
-        RigidMotion& body = motion.rigid[term.body];
+        const RigidMotion& body = motion.rigid()[term.body];
         if (body.articulated < 0) {
           const std::int32_t copy = scratch.copy_of[translation_slot(term.body)];
-          term.apply_impulse(body, impulse, copy != 0 ? written_[copy] : translation_of(body),
-                             copy != 0 ? written_[copy + 1] : rotation_of(body));
+          RigidSolution& solution = motion.solution_of(body);
+          term.apply_impulse(body, impulse, copy != 0 ? written_[copy] : translation_of(solution),
+                             copy != 0 ? written_[copy + 1] : rotation_of(solution));
           continue;
         }
         ArticulatedMotion& multibody = motion.articulated[body.articulated];
@@ -114,7 +117,7 @@ void ContactSolver::write(const SharedSlots& shared, const SharedSlots::Grain& g
   const auto moved = [&](std::int32_t slot) -> Vector3d& {
     const std::int32_t v = vertex_of_[slot];
     if (v >= 0) return (for_split_impulse_ ? motion.split_displacement : motion.solved)[v];
-    RigidMotion& body = motion.rigid[body_of_slot(slot)];
+    RigidSolution& body = motion.solution_of(motion.rigid()[body_of_slot(slot)]);
     return slot == translation_slot(body_of_slot(slot)) ? translation_of(body) : rotation_of(body);
   };
   for (std::size_t i = grain.first; i < grain.last; ++i) {

@@ -240,8 +240,8 @@ class ContactSolver {
     return island >= 0 && islands_->is_selected(island);
   }
   /// The motion of a body that impulses of the target change.
-  Vector3d& translation_of(RigidMotion& body) const;
-  Vector3d& rotation_of(RigidMotion& body) const;
+  Vector3d& translation_of(RigidSolution& body) const;
+  Vector3d& rotation_of(RigidSolution& body) const;
   std::int32_t displacement_count() const {
     return static_cast<std::int32_t>(displacement_.size());
   }

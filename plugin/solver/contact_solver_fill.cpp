@@ -17,10 +17,10 @@ Vector3d conveyor_displacement(const ContactRow& row, const Motion& motion) {
   for (int k = 0; k < 4; ++k) {
     const std::int32_t body =
         k < first_vertex_of_b(row.contact.kind) ? row.contact.body_a : row.contact.body_b;
-    const int rigid = motion.rigid_of_body[body];
-    if (rigid < 0 || !motion.rigid[rigid].is_conveyor) continue;
+    const int rigid = motion.rigid_of_body()[body];
+    if (rigid < 0 || !motion.rigid()[rigid].is_conveyor) continue;
     const Vector3d point = motion.start_of(row.contact.vertices[k]);
-    sum += motion.dt * row.weights[k] * motion.rigid[rigid].velocity_at(point);
+    sum += motion.dt() * row.weights[k] * motion.rigid()[rigid].velocity_at(point);
   }
   return sum;
 }
@@ -90,15 +90,15 @@ void ContactSolver::fill(RowBlock& block, const RowBatches::Batch& rows, RowBatc
     }
     // All links of a multibody count as one body. Only one block moves it.
     const auto are_one_body = [this](int a, int b) {
-      const int multibody = motion_->rigid[a].articulated;
-      return a == b || (multibody >= 0 && multibody == motion_->rigid[b].articulated);
+      const int multibody = motion_->rigid()[a].articulated;
+      return a == b || (multibody >= 0 && multibody == motion_->rigid()[b].articulated);
     };
     for (int i = 0; i < count; ++i) {
       const RigidTerm& term = terms[i].term;
       const auto lanes = std::count_if(
           terms.begin(), terms.begin() + count,
           [&](const auto& other) { return are_one_body(term.body, other.term.body); });
-      const bool is_link = motion_->rigid[term.body].articulated >= 0;
+      const bool is_link = motion_->rigid()[term.body].articulated >= 0;
       const double split =
           static_cast<double>(lanes) * (is_link ? 1 : sharers_[translation_slot(term.body)]);
       if (split == 1) continue;

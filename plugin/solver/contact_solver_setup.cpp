@@ -39,7 +39,7 @@ Vector3d move_without_impulses(const ContactRow& row, bool for_split_impulse,
   }
   if (!for_split_impulse) return sum;
   for (const RigidTerm& term : RigidTerms(row.contact, row.weights, motion)) {
-    const RigidMotion& body = motion.rigid[term.body];
+    const RigidMotion& body = motion.rigid()[term.body];
     sum += term.displacement(body.translation, body.rotation);
   }
   return sum;
@@ -87,7 +87,7 @@ void ContactSolver::RowsByIsland::add(std::size_t island, std::int32_t row) {
 void ContactSolver::set_up(RowList& rows, const RowIslands& islands, const Motion& motion,
                            Manner manner, Span<const BodyPair> pressed) {
   LAZYCCD_ASSERT(islands.row_count() <= rows.size(), "islands are of the rows to solve");
-  LAZYCCD_ASSERT(motion.solved.size() == motion.inverse_mass.size() &&
+  LAZYCCD_ASSERT(motion.solved.size() == motion.inverse_mass().size() &&
                      motion.predicted.size() == motion.size(),
                  "the response to the motion has begun");
   rows_ = &rows;
@@ -95,7 +95,7 @@ void ContactSolver::set_up(RowList& rows, const RowIslands& islands, const Motio
   motion_ = &motion;
   manner_ = manner;
   pressed_ = pressed;
-  has_rigid_terms_ = !motion.rigid.empty() || !motion.anchored.empty();
+  has_rigid_terms_ = !motion.rigid().empty() || !motion.anchored().empty();
   needs_.resize(rows.size());
   block_count_ = block_row_count_ = stage_count_ = 0;
   bodies_.clear();
@@ -140,7 +140,7 @@ void ContactSolver::go_on() {
 
 void ContactSolver::restart_displacements() {
   std::fill(displacement_.begin(),
-            displacement_.begin() + static_cast<std::ptrdiff_t>(1 + 2 * motion_->rigid.size()),
+            displacement_.begin() + static_cast<std::ptrdiff_t>(1 + 2 * motion_->rigid().size()),
             Float4{});
   set_motor_displacements();
   for_each(block_count_, [this](std::size_t i, int) {
@@ -156,7 +156,7 @@ void ContactSolver::give_slots_to_moved(std::int32_t body) {
   const std::int32_t island = islands_->of_body(body);
   if (island < 0 || !islands_->is_selected(static_cast<std::size_t>(island))) return;
   const double length_unit = problems_[island].length_unit;
-  for (std::int32_t v = motion_->first_vertex[body]; v < motion_->first_vertex[body + 1]; ++v) {
+  for (std::int32_t v = motion_->first_vertex()[body]; v < motion_->first_vertex()[body + 1]; ++v) {
     std::int32_t& slot = node_of_[v];
     const Vector3d& moved = motion_->link_displacement[v];
     if (moved.isZero() || (slot > 0 && !is_unclaimed(slot))) continue;
@@ -231,8 +231,8 @@ void ContactSolver::start_from_impulses() {
 }
 
 void ContactSolver::set_up_bodies() {
-  for (std::size_t i = 0; i < motion_->rigid.size(); ++i) {
-    const RigidMotion& rigid = motion_->rigid[i];
+  for (std::size_t i = 0; i < motion_->rigid().size(); ++i) {
+    const RigidMotion& rigid = motion_->rigid()[i];
     const Problem* const problem = problem_of_rigid(i);
     const double mass_unit = problem ? problem->mass_unit : 1;
     RowBody body = {};
@@ -326,7 +326,7 @@ bool ContactSolver::classify_rows(bool only_may_need_split) {
   for (Problem& problem : problems_) {
     problem.is_open =
         problem.is_open && (problem.any_active || problem.is_pushed ||
-                            problem.largest.need >= settings::solver::min_speed * motion_->dt);
+                            problem.largest.need >= settings::solver::min_speed * motion_->dt());
     any_open = any_open || problem.is_open;
   }
   for (std::size_t i = 0; i < chunk_count_; ++i) {

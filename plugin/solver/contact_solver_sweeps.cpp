@@ -149,7 +149,7 @@ class ContactSolver::Sweeps {
   };
 
   void set_limits(Island& island, const Problem& problem, int sweeps) const {
-    const double dt = s_.motion_->dt;
+    const double dt = s_.motion_->dt();
     double min_change = settings::solver::min_speed * dt;  // metres
     if (s_.for_split_impulse_) {
       sweeps = std::max(1, sweeps / settings::solver::split_sweep_divisor);
@@ -256,7 +256,7 @@ class ContactSolver::Sweeps {
       any_goes_on = any_goes_on || island.goes_on;
     }
     phase_ = Phase::extrapolate;
-    return any_goes_on ? s_.block_count_ + (s_.motion_->rigid.empty() ? 0 : 1) : 0;
+    return any_goes_on ? s_.block_count_ + (s_.motion_->rigid().empty() ? 0 : 1) : 0;
   }
 
   void end_sweep(Island& island) const {
@@ -301,7 +301,7 @@ class ContactSolver::Sweeps {
   }
 
   void extrapolate_bodies() const {
-    for (std::size_t rigid = 0; rigid < s_.motion_->rigid.size(); ++rigid) {
+    for (std::size_t rigid = 0; rigid < s_.motion_->rigid().size(); ++rigid) {
       const std::int32_t island = s_.islands_->of_rigid(rigid);
       if (island >= 0 && islands_[island].goes_on)
         extrapolate(islands_[island], translation_slot(static_cast<std::int32_t>(rigid)), 2);

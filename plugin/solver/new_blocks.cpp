@@ -152,7 +152,7 @@ double ContactSolver::NewBlocks::normal_mass(std::int32_t row) const {
 }
 
 double ContactSolver::NewBlocks::share(const RigidTerm& term, double normal_mass) const {
-  const RigidMotion& rigid = s_.motion_->rigid[term.body];
+  const RigidMotion& rigid = s_.motion_->rigid()[term.body];
   return normal_mass * (term.weight * term.weight * rigid.inverse_mass.maxCoeff() +
                         term.arm.squaredNorm() * rigid.inverse_inertia.trace());
 }
@@ -162,7 +162,7 @@ int ContactSolver::NewBlocks::bond(std::int32_t row) const {
   const double mass = normal_mass(row);
   int light = -1;
   for (const RigidTerm& term : RigidTerms(contact, contact.weights(), *s_.motion_)) {
-    if (s_.motion_->rigid[term.body].articulated >= 0) return multibodies;
+    if (s_.motion_->rigid()[term.body].articulated >= 0) return multibodies;
     if (light < 0 && share(term, mass) > settings::solver::max_body_share) light = term.body;
   }
   return light;
@@ -187,7 +187,7 @@ void ContactSolver::NewBlocks::find_places(std::size_t item) {
     const int kept = s_.has_rigid_terms_ ? bond(rows_[i]) : -1;
     std::uint64_t code = 0;
     if (kept != multibodies) {
-      const Vector3d place = kept < 0 ? place_of(rows_[i]) : s_.motion_->rigid[kept].centre();
+      const Vector3d place = kept < 0 ? place_of(rows_[i]) : s_.motion_->rigid()[kept].centre();
       const Vector3d at = scale * (place - box.min());
       for (int k = 0; k < 3; ++k)
         code |= spread(static_cast<std::uint32_t>(std::clamp(at[k], 0.0, cells))) << k;
@@ -229,7 +229,7 @@ void ContactSolver::NewBlocks::claim(std::size_t item) {
 void ContactSolver::NewBlocks::find_bodies(RowBlock& block, std::int32_t row) const {
   const Contact& contact = s_.rows_->contact(row);
   for (const RigidTerm& term : RigidTerms(contact, contact.weights(), *s_.motion_)) {
-    if (s_.motion_->rigid[term.body].articulated >= 0) continue;
+    if (s_.motion_->rigid()[term.body].articulated >= 0) continue;
     if (std::find(block.bodies.begin(), block.bodies.end(), term.body) == block.bodies.end())
       block.bodies.push_back(term.body);
   }

@@ -13,9 +13,9 @@ namespace {
 
 // By index in Motion::rigid: the body.
 ScratchVector<std::int32_t> bodies_of_rigid(const Motion& motion) {
-  ScratchVector<std::int32_t> bodies(motion.rigid.size(), -1);
-  for (std::size_t body = 0; body < motion.rigid_of_body.size(); ++body) {
-    const int rigid = motion.rigid_of_body[body];
+  ScratchVector<std::int32_t> bodies(motion.rigid().size(), -1);
+  for (std::size_t body = 0; body < motion.rigid_of_body().size(); ++body) {
+    const int rigid = motion.rigid_of_body()[body];
     if (rigid >= 0) bodies[rigid] = static_cast<std::int32_t>(body);
   }
   return bodies;
@@ -23,8 +23,8 @@ ScratchVector<std::int32_t> bodies_of_rigid(const Motion& motion) {
 
 std::int32_t body_of_vertex(std::int32_t vertex, const Motion& motion) {
   const auto next =
-      std::upper_bound(motion.first_vertex.begin(), motion.first_vertex.end(), vertex);
-  return static_cast<std::int32_t>(next - motion.first_vertex.begin()) - 1;
+      std::upper_bound(motion.first_vertex().begin(), motion.first_vertex().end(), vertex);
+  return static_cast<std::int32_t>(next - motion.first_vertex().begin()) - 1;
 }
 
 // Whether each row that can act is in one island, with all that it moves.
@@ -48,14 +48,14 @@ bool are_disjoint(const RowIslands& islands, const RowList& rows) {
 }  // namespace
 
 void RowIslands::find(const RowList& rows, const Motion& motion, const Threads& threads) {
-  DisjointSets sets(motion.rigid_of_body.size());
+  DisjointSets sets(motion.rigid_of_body().size());
   const auto is_movable = [&motion](std::int32_t body) {
-    const int rigid = motion.rigid_of_body[body];
-    return rigid < 0 || motion.rigid[rigid].is_movable();
+    const int rigid = motion.rigid_of_body()[body];
+    return rigid < 0 || motion.rigid()[rigid].is_movable();
   };
   const ScratchVector<std::int32_t> body_of_rigid = bodies_of_rigid(motion);
   // Contacts of an anchored vertex push the body that it is anchored to.
-  for (const auto& [vertex, anchored] : motion.anchored)
+  for (const auto& [vertex, anchored] : motion.anchored())
     sets.join(body_of_vertex(vertex, motion), body_of_rigid[anchored.rigid]);
   for (const ArticulatedMotion& multibody : motion.articulated) {
     for (const ArticulatedMotion::Link& link : multibody.links)
@@ -125,11 +125,11 @@ void RowIslands::find(const RowList& rows, const Motion& motion, const Threads& 
     }
   });
   of_body_.assign(sets.size(), -1);
-  of_rigid_.assign(motion.rigid.size(), -1);
+  of_rigid_.assign(motion.rigid().size(), -1);
   for (std::int32_t body = 0; body < static_cast<std::int32_t>(sets.size()); ++body) {
     if (!is_movable(body)) continue;
     of_body_[body] = island_of_set[sets.find(body)];
-    const int rigid = motion.rigid_of_body[body];
+    const int rigid = motion.rigid_of_body()[body];
     if (rigid >= 0) of_rigid_[rigid] = of_body_[body];
   }
   selected_.assign(counts.size(), 1);

@@ -85,10 +85,10 @@ class Drawing {
 
   void draw_islands(const RowIslands& islands) {
     std::vector<AxisBox> boxes(islands.count(), AxisBox::empty());
-    for (std::size_t body = 0; body < motion_.rigid_of_body.size(); ++body) {
+    for (std::size_t body = 0; body < motion_.rigid_of_body().size(); ++body) {
       const std::int32_t island = islands.of_body(static_cast<std::int32_t>(body));
       if (island >= 0)
-        add(motion_.first_vertex[body], motion_.first_vertex[body + 1], motion_, boxes[island]);
+        add(motion_.first_vertex()[body], motion_.first_vertex()[body + 1], motion_, boxes[island]);
     }
     for (std::size_t i = 0; i < boxes.size(); ++i) draw_box(boxes[i], island_colour(i), drawer_);
   }
@@ -104,16 +104,16 @@ class Drawing {
         if (zone.held) is_held[v] = 1;
         if (options_.zones && !zone.held) draw_cross(v, orange);
       }
-      for (const int body : zone.bodies) add(motion_.rigid[body], motion_, box);
+      for (const int body : zone.bodies) add(motion_.rigid()[body], motion_, box);
       if (options_.zones) draw_box(box, orange, drawer_);
     }
     if (!options_.holds) return;
     for (std::int32_t v = 0; v < motion_.soft_count(); ++v)
       if (is_held[v]) draw_cross(v, red);
-    for (std::size_t body = 0; body < motion_.rigid.size(); ++body) {
+    for (std::size_t body = 0; body < motion_.rigid().size(); ++body) {
       if (!impact_zones.is_held(motion_.soft_count() + static_cast<std::int32_t>(body))) continue;
       AxisBox box = AxisBox::empty();
-      add(motion_.rigid[body], motion_, box);
+      add(motion_.rigid()[body], motion_, box);
       draw_box(box, red, drawer_);
     }
   }

@@ -87,14 +87,14 @@ void JointMotors::find(Motion& motion) {
     if (std::any_of(of_body.begin(), of_body.end(),
                     [link](const JointMotor& motor) { return motor.link == link; }))
       continue;  // one motor holds a joint
-    of_body.push_back({link, motion.dt * (-max - applied), motion.dt * (max - applied),
+    of_body.push_back({link, motion.dt() * (-max - applied), motion.dt() * (max - applied),
                        last_state(*moved, constraint)});
     motors_.push_back({constraint, body,
                        6 + static_cast<std::size_t>(body->getLink(link).m_dofOffset), applied,
                        applied, MotorState::idle});
   }
   for (std::size_t a = 0; a < found.size(); ++a)
-    if (!found[a].empty()) motion.articulated[a].set_motors(found[a], motion.dt);
+    if (!found[a].empty()) motion.articulated[a].set_motors(found[a], motion.dt());
 }
 
 void JointMotors::end_step(const Motion& motion) {
@@ -113,7 +113,7 @@ void JointMotors::end_step(const Motion& motion) {
       motor.state = hold->state();
       if (!hold->is_limit) {
         const double max = static_cast<double>(motor.constraint->getMaxAppliedImpulse());
-        const double told = motor.applied + reactions[motor.coordinate] / motion.dt;
+        const double told = motor.applied + reactions[motor.coordinate] / motion.dt();
         if (std::isfinite(told)) motor.told = std::clamp(told, -max, max);
         motor.constraint->internalSetAppliedImpulse(0, static_cast<btScalar>(motor.told));
       }

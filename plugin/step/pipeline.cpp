@@ -25,10 +25,10 @@ namespace {
 
 bool fits(const Motion& motion, const StepTopology& topology) {
   const auto vertices = static_cast<std::size_t>(topology.vertex_count());
-  return motion.start.size() == 3 * vertices && motion.end.size() == 3 * vertices &&
+  return motion.start().size() == 3 * vertices && motion.end.size() == 3 * vertices &&
          motion.soft_count() == topology.soft_count() &&
-         motion.rigid_of_body.size() == topology.bodies().size() &&
-         motion.first_vertex.size() == topology.bodies().size() + 1;
+         motion.rigid_of_body().size() == topology.bodies().size() &&
+         motion.first_vertex().size() == topology.bodies().size() + 1;
 }
 
 bool is_finite(const Motion& motion) {
@@ -36,7 +36,7 @@ bool is_finite(const Motion& motion) {
     return std::all_of(positions.begin(), positions.end(),
                        [](btScalar x) { return std::isfinite(x); });
   };
-  return all(motion.start) && all(motion.end);
+  return all(motion.start()) && all(motion.end);
 }
 
 }  // namespace
@@ -388,7 +388,7 @@ void Pipeline::untangle() {
     const Untangling::Found found = find_intersections();
     update_trapped(found);
     untangling_.begin_step(found, topology().topology(), detector_.edges(), motion());
-    untangling_.push(options_.untangling_speed * motion().dt, reader_.motion());
+    untangling_.push(options_.untangling_speed * motion().dt(), reader_.motion());
   }
   untangling_.finish();
   surfaces_.set_moved_apart(untangling_.pairs());

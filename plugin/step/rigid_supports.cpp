@@ -74,7 +74,8 @@ class Levels {
 };
 
 // `sign`: -1 if the body is the manifold's second one, as its normals point to the first one.
-void add_supports(const btPersistentManifold& manifold, double sign, double dt, RigidMotion& body) {
+void add_supports(const btPersistentManifold& manifold, double sign, double dt,
+                  const Vector3d& centre, ScratchVector<Support>& supports) {
   for (int i = 0; i < manifold.getNumContacts(); ++i) {
     const btManifoldPoint& point = manifold.getContactPoint(i);
     if (!(point.m_appliedImpulse > 0 || point.getDistance() <= 0)) continue;
@@ -83,23 +84,24 @@ void add_supports(const btPersistentManifold& manifold, double sign, double dt, 
                                point.m_appliedImpulseLateral2 * point.m_lateralFrictionDir2;
     Support support;
     support.normal = sign * to_double(point.m_normalWorldOnB);
-    support.arm = to_double(at) - body.centre();
+    support.arm = to_double(at) - centre;
     support.load = dt * std::max(0.0, static_cast<double>(point.m_appliedImpulse));
     support.friction_impulse = sign * dt * to_double(friction);
     support.friction = static_cast<double>(point.m_combinedFriction);
     support.slides = !(support.friction > 0);
-    body.supports.push_back(support);
+    supports.push_back(support);
   }
 }
 
 }  // namespace
 
 void find_supports(btDispatcher& dispatcher, Motion& motion) {
-  ScratchVector<std::pair<Object, RigidMotion*>> bodies;
+  ScratchVector<std::pair<Object, const RigidMotion*>> bodies;
   ScratchVector<int> islands;
-  for (RigidMotion& body : motion.rigid) {
-    body.supports.clear();
-    body.supported_mobility.reset();
+  for (const RigidMotion& body : motion.rigid()) {
+    RigidSolution& solution = motion.solution_of(body);
+    solution.supports.clear();
+    solution.supported_mobility.reset();
     if (!body.is_dynamic()) continue;
     bodies.push_back({body.object, &body});
     islands.push_back(body.object->getIslandTag());
@@ -118,7 +120,8 @@ void find_supports(btDispatcher& dispatcher, Motion& motion) {
         bodies.begin(), bodies.end(), above,
         [](const auto& entry, Object object) { return std::less<>()(entry.first, object); });
     if (first_level == second_level || body == bodies.end() || body->first != above) continue;
-    add_supports(*manifold, first_level > second_level ? 1 : -1, motion.dt, *body->second);
+    add_supports(*manifold, first_level > second_level ? 1 : -1, motion.dt(),
+                 body->second->centre(), motion.solution_of(*body->second).supports);
   }
 }
 

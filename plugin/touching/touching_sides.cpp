@@ -28,7 +28,7 @@ Vector3d point_of(const TouchingPair& pair, bool is_a, const Motion& motion) {
 // Velocity of a vertex at the end of the step, m/s. Differences of positions would have the
 // rounding of places far from the origin.
 Vector3d velocity_of(std::int32_t v, const StepTopology& topology, const Motion& motion) {
-  if (motion.is_soft(v)) return motion.velocity[v];
+  if (motion.is_soft(v)) return motion.velocity()[v];
   return motion.rigid_of(topology.body_of(v)).velocity_at(motion.start_of(v));
 }
 

@@ -15,9 +15,9 @@ namespace {
 std::vector<Vector3d> find_extents(const StepTopology& topology, const Motion& motion) {
   std::vector<Vector3d> extents(motion.size());
   for (std::int32_t v = 0; v < static_cast<std::int32_t>(extents.size()); ++v) {
-    const int rigid = motion.rigid_of_body[topology.body_of(v)];
+    const int rigid = motion.rigid_of_body()[topology.body_of(v)];
     extents[v] = motion.start_of(v).cwiseAbs();
-    if (rigid >= 0) extents[v] += motion.rigid[rigid].centre().cwiseAbs();
+    if (rigid >= 0) extents[v] += motion.rigid()[rigid].centre().cwiseAbs();
   }
   return extents;
 }
@@ -30,8 +30,8 @@ double bound_of(const TouchingPair& pair, const Vector3d& normal,
   for (const std::int32_t v : pair.contact.vertices) extent = extent.cwiseMax(extents[v]);
   double edge = 0;  // the longest of the shortest ones
   for (const std::int32_t v : pair.contact.vertices)
-    if (motion.is_soft(v) && std::isfinite(motion.shortest_edge[v]))
-      edge = std::max(edge, motion.shortest_edge[v]);
+    if (motion.is_soft(v) && std::isfinite(motion.shortest_edge()[v]))
+      edge = std::max(edge, motion.shortest_edge()[v]);
   return std::max(rounding_of(edge), rounding_along(normal, extent));
 }
 
@@ -40,7 +40,7 @@ double bound_of(const TouchingPair& pair, const Vector3d& normal,
 bool is_resolved(const TouchingPair& pair, double bound, const Motion& motion) {
   return std::all_of(
       pair.contact.vertices.begin(), pair.contact.vertices.end(),
-      [&](std::int32_t v) { return !motion.is_soft(v) || motion.shortest_edge[v] > bound; });
+      [&](std::int32_t v) { return !motion.is_soft(v) || motion.shortest_edge()[v] > bound; });
 }
 
 // Moves the free vertices of a pair along `normal` by what its gap lacks to `distance`.
@@ -64,8 +64,8 @@ void move_vertex(std::int32_t v, const Vector3d& x, Motion& motion) {
   for (int k = 0; k < 3; ++k) {
     const std::size_t at = 3 * static_cast<std::size_t>(v) + static_cast<std::size_t>(k);
     const btScalar start = static_cast<btScalar>(x[k]);
-    motion.end[at] += start - motion.start[at];
-    motion.start[at] = start;
+    motion.end[at] += start - motion.start()[at];
+    motion.input().start[at] = start;
   }
 }
 
@@ -87,7 +87,7 @@ struct Parted {
     const bool any = stays != moved.end();
     for (auto v = stays; v != moved.end(); ++v) {
       const std::size_t at = 3 * static_cast<std::size_t>(*v);
-      std::copy_n(&start[at], 3, &motion.start[at]);
+      std::copy_n(&start[at], 3, &motion.input().start[at]);
       std::copy_n(&end[at], 3, &motion.end[at]);
     }
     moved.erase(stays, moved.end());
@@ -131,7 +131,7 @@ bool TouchingStarts::has_moved(std::int32_t vertex) const {
 void TouchingStarts::part(const StepTopology& topology, Span<const Edge> edges,
                           const TouchingQuery& query, Motion& motion) {
   const std::vector<Vector3d> extents = find_extents(topology, motion);
-  Parted parted = {motion.start, motion.end, {}, motion};
+  Parted parted = {motion.start(), motion.end, {}, motion};
   std::vector<Contact> reversed;
   std::vector<std::array<std::int32_t, 5>> pierced;
   std::vector<double> rounding(motion.size());
@@ -163,7 +163,7 @@ void TouchingStarts::part(const StepTopology& topology, Span<const Edge> edges,
     for (std::int32_t v = 0; v < motion.soft_count(); ++v) {
       if (!is_moved[v]) continue;
       // Many pairs together may ask for more than the shape of the body allows, as each alone may.
-      if ((x[v] - Motion::read(parted.start, v)).norm() >= motion.shortest_edge[v]) {
+      if ((x[v] - Motion::read(parted.start, v)).norm() >= motion.shortest_edge()[v]) {
         x[v] = motion.start_of(v);
         continue;
       }

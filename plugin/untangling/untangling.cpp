@@ -108,9 +108,9 @@ std::vector<char> find_movable_bodies(const Topology& topology, const Motion& mo
   std::vector<char> moves(topology.bodies.size(), 0);
   for (std::int32_t v = 0; v < motion.soft_count(); ++v)
     if (motion.is_movable(v)) moves[topology.body_of_vertex[v]] = 1;
-  for (std::size_t body = 0; body < std::min(moves.size(), motion.rigid_of_body.size()); ++body) {
-    const int rigid = motion.rigid_of_body[body];
-    if (rigid >= 0 && motion.rigid[rigid].is_movable()) moves[body] = 1;
+  for (std::size_t body = 0; body < std::min(moves.size(), motion.rigid_of_body().size()); ++body) {
+    const int rigid = motion.rigid_of_body()[body];
+    if (rigid >= 0 && motion.rigid()[rigid].is_movable()) moves[body] = 1;
   }
   return moves;
 }
@@ -158,7 +158,7 @@ void Untangling::skip_step() {
 
 void Untangling::begin_step(const Found& found, const Topology& topology, Span<const Edge> edges,
                             const Motion& motion) {
-  read(found, topology, edges, motion, motion.dt);
+  read(found, topology, edges, motion, motion.dt());
 }
 
 void Untangling::read(const Found& found, const Topology& topology, Span<const Edge> edges,

@@ -43,9 +43,9 @@ void fill(const SoftScene& scene, const SoftScene::BodyRecord& record, std::int3
   const btScalar limit = body.m_worldInfo->m_maxDisplacement / time_step;
   for (std::int32_t v = first; v < last; ++v) {
     const btSoftBody::Node& node = body.m_nodes[scene.node_index(v)];
-    put(node.m_x, v, motion.start);
+    put(node.m_x, v, motion.input().start);
     put(predicted_end(node, time_step, limit), v, motion.end);
-    motion.velocity[v] = to_double(node.m_v);
+    motion.input().velocity[v] = to_double(node.m_v);
   }
   // The base class puts anchored nodes at the place that their rigid body gives them, whatever
   // their velocity.
@@ -56,7 +56,7 @@ void fill(const SoftScene& scene, const SoftScene::BodyRecord& record, std::int3
     const std::int32_t v = scene.vertex_of(record, node);
     if (v < 0) continue;
     put(anchor.m_cti.m_colObj->getWorldTransform() * anchor.m_local, v, motion.end);
-    motion.inverse_mass[v] = 0;
+    motion.input().inverse_mass[v] = 0;
   }
 }
 
@@ -320,11 +320,12 @@ void btLazyDeformableBodySolver::applyTransforms(btScalar timeStep) {
     if (!skips(*record.body) && !fell_asleep(*record.body)) return;
     // The base class does not move the first. The second has the speed that its weight gave it
     // before it fell asleep; its contacts would stop it, and that would wake it.
-    const auto begin = motion.start.begin();
+    const auto begin = motion.start().begin();
     std::copy(begin + 3 * static_cast<std::ptrdiff_t>(first),
               begin + 3 * static_cast<std::ptrdiff_t>(last),
               motion.end.begin() + 3 * static_cast<std::ptrdiff_t>(first));
-    std::fill(motion.velocity.begin() + first, motion.velocity.begin() + last, Vector3d::Zero());
+    const auto velocity = motion.input().velocity.begin();
+    std::fill(velocity + first, velocity + last, Vector3d::Zero());
   };
   const bool is_handled = pipeline_->run(all_bodies_, static_cast<double>(timeStep), read);
   if (is_handled) write_velocities();

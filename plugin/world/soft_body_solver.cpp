@@ -149,11 +149,11 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
       const btSoftBody::Node& node = record.body->m_nodes[index];
       const btVector3& start = sleeps ? node.m_x : starts[index];
       for (int k = 0; k < 3; ++k) {
-        motion.start[3 * static_cast<std::size_t>(v) + k] = start[k];
+        motion.input().start[3 * static_cast<std::size_t>(v) + k] = start[k];
         motion.end[3 * static_cast<std::size_t>(v) + k] = node.m_x[k];
       }
-      motion.velocity[v] = to_double(node.m_v);
-      motion.rate[v] = rate;
+      motion.input().velocity[v] = to_double(node.m_v);
+      motion.input().rate[v] = rate;
     }
   };
   link_positions_.resize(starts_.size());
@@ -225,7 +225,7 @@ bool btLazySoftBodySolver::solve_links(Span<const std::int32_t> bodies, double l
     });
   }
   if (largest < least * least) return false;
-  motion.links_moved.resize(motion.rigid_of_body.size(), 0);
+  motion.links_moved.resize(motion.rigid_of_body().size(), 0);
   for (const std::int32_t index : bodies) {
     motion.links_moved[index] = 1;
     for_each_vertex(index, [&](std::int32_t v, const btVector3& x) {

@@ -29,14 +29,14 @@ struct VerticesAboveFace {
   Motion motion;
 
   VerticesAboveFace() {
-    motion.start = {0, 1, 0, 0, 2, 0, -1, 0, -1, 2, 0, -1, -1, 0, 2};
-    motion.end = motion.start;
-    motion.inverse_mass = std::vector<double>(5, 1);
-    motion.shortest_edge = motion.rate = std::vector<double>(5, 1);
-    motion.velocity.assign(5, bullet::Vector3d::Zero());
-    motion.velocity_change = motion.velocity;
-    motion.first_vertex = {0, 2, 5};
-    motion.rigid_of_body = {-1, -1};
+    motion.input().start = {0, 1, 0, 0, 2, 0, -1, 0, -1, 2, 0, -1, -1, 0, 2};
+    motion.end = motion.start();
+    motion.input().inverse_mass = std::vector<double>(5, 1);
+    motion.input().shortest_edge = motion.input().rate = std::vector<double>(5, 1);
+    motion.input().velocity.assign(5, bullet::Vector3d::Zero());
+    motion.velocity_change = motion.velocity();
+    motion.input().first_vertex = {0, 2, 5};
+    motion.input().rigid_of_body = {-1, -1};
     motion.begin_response();
   }
   static Contact contact(std::int32_t vertex = 0) {
@@ -75,11 +75,11 @@ TEST_CASE("assertions on the row of a contact fail where they must") {
     CHECK(scene.belief_of_row(wrong) == "the normal of a row has length 1");
   }
   SECTION("start") {
-    scene.motion.start[1] = static_cast<btScalar>(not_a_number);
+    scene.motion.input().start[1] = static_cast<btScalar>(not_a_number);
     CHECK(scene.belief_of_row(contact) == "a row begins with a finite gap");
   }
   SECTION("mass") {
-    scene.motion.inverse_mass.assign(5, 1e-310);
+    scene.motion.input().inverse_mass.assign(5, 1e-310);
     CHECK(scene.belief_of_row(contact) == "the effective mass of a row is finite and not negative");
   }
   SECTION("friction") {
@@ -162,7 +162,7 @@ TEST_CASE("assertions on added rows fail where they must") {
         }) == "contacts that become rows are in order");
   CHECK(belief({turned}) == "the start of the step satisfies an added row");
   VerticesAboveFace touching;
-  touching.motion.start[1] = touching.motion.end[1] = 0;
+  touching.motion.input().start[1] = touching.motion.end[1] = 0;
   touching.motion.begin_response();
   constraints.add({low}, touching.motion);
   constraints.rows()[0].normal_impulse = 1;
@@ -230,7 +230,7 @@ TEST_CASE("assertions on renumbered contacts fail where they must") {
   cache.begin(scene.motion, distances);
   cache.take({first, second}, distances);
   const ContactRenumbering renumbering(before, after, same, {0, 0});
-  CHECK(failed_belief([&] { cache.renumber(renumbering, scene.motion.start.size()); }) ==
+  CHECK(failed_belief([&] { cache.renumber(renumbering, scene.motion.start().size()); }) ==
         "renumbering keeps the order of contacts");
 }
 
@@ -245,7 +245,7 @@ TEST_CASE("assertions on what the response is given fail where they must") {
   std::vector<Contact> at_start, at_end;
   const auto belief = [&] {
     const auto detect = [&](const Positions&, const Positions& end) {
-      return end.data() == scene.motion.start.data() ? at_start : at_end;
+      return end.data() == scene.motion.start().data() ? at_start : at_end;
     };
     return failed_belief([&] { response.run({}, {}, detect, {}, scene.motion, stats); });
   };
@@ -266,8 +266,8 @@ TEST_CASE("assertions on what the response is given fail where they must") {
     CHECK(belief() == "contacts at the start are sorted, none twice");
   }
   SECTION("no time passes") {
-    scene.motion.dt = 0;
-    scene.motion.rate.assign(5, std::numeric_limits<double>::infinity());
+    scene.motion.input().dt = 0;
+    scene.motion.input().rate.assign(5, std::numeric_limits<double>::infinity());
     CHECK(belief() == "the response changes velocities by finite amounts");
   }
 }
@@ -276,10 +276,10 @@ TEST_CASE("assertions on a motion fail where they must") {
   if (!lazyccd::test::finds_failed_beliefs) return;
   VerticesAboveFace scene;
   CHECK(failed_belief([&] {
-          scene.motion.anchor(5, {btVector3(0, 0, 0), 0});
+          scene.motion.input().anchor(5, {btVector3(0, 0, 0), 0});
         }) == "a node that is anchored is soft");
   CHECK(failed_belief([&] {
-          scene.motion.anchor(0, {btVector3(0, 0, 0), 0});
+          scene.motion.input().anchor(0, {btVector3(0, 0, 0), 0});
         }) == "a node is anchored to a rigid body of the motion");
   scene.motion.end.pop_back();
   CHECK(failed_belief([&] { scene.motion.begin_response(); }) ==

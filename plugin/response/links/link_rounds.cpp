@@ -32,11 +32,11 @@ void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& co
   LAZYCCD_BT_PROFILE("links and contacts in turn");
   using Again = LinkSolver::Again;
   const NodePushes pushes = find_node_pushes(constraints.active_rows(), motion);
-  loads_.resize(motion.rigid_of_body.size());
+  loads_.resize(motion.rigid_of_body().size());
   ScratchVector<BodyRounds> turns;
   bool any_weighed = false;
   for (std::int32_t body = 0; body < static_cast<std::int32_t>(loads_.size()); ++body) {
-    if (motion.rigid_of_body[body] >= 0) continue;
+    if (motion.rigid_of_body()[body] >= 0) continue;
     Load& load = loads_[body];
     const double least = load.weighed_until > time_ ? settings::links::min_weighed_fraction_to_go_on
                                                     : settings::links::min_weighed_fraction;
@@ -94,7 +94,7 @@ void LinkRounds::solve_in_turn(Span<const BodyRounds> turns, const LinkSolver& l
       });
       bodies.clear();
       for (auto rounds = first; rounds != last; ++rounds) bodies.push_back(rounds->body);
-      if (links.solve(bodies, settings::links::min_link_speed * motion.dt, motion)) {
+      if (links.solve(bodies, settings::links::min_link_speed * motion.dt(), motion)) {
         any_moved = true;
         islands.select_body(bodies.front());
         if (i == 1) moved.push_back(bodies.front());
@@ -114,7 +114,7 @@ void LinkRounds::solve_in_turn(Span<const BodyRounds> turns, const LinkSolver& l
   if (moved.empty()) return;
   for (const BodyRounds& rounds : turns) {
     const std::int32_t body = rounds.body;
-    for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v)
+    for (std::int32_t v = motion.first_vertex()[body]; v < motion.first_vertex()[body + 1]; ++v)
       motion.round_end(v);
   }
   islands.select_none();

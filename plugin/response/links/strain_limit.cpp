@@ -26,7 +26,7 @@ LinkLimit limit_of(std::int32_t body, std::int32_t index, const LinkSolver::Link
 
 // By body: whether a contact may act on it.
 ScratchVector<char> find_touched(const NearContacts& near, const Motion& motion) {
-  ScratchVector<char> touched(motion.rigid_of_body.size(), 0);
+  ScratchVector<char> touched(motion.rigid_of_body().size(), 0);
   for (std::size_t i = 0; i < near.contacts.size(); ++i) {
     const Contact& contact = near.contacts[i];
     if (near.estimates[i].can_act) touched[contact.body_a] = touched[contact.body_b] = 1;
@@ -66,7 +66,7 @@ void StrainLimit::find_stretched(std::int32_t body, const LinkSolver& links, dou
     if (along.squaredNorm() <= least * least) continue;  // most links
     const LinkLimit limit =
         limit_of(body, static_cast<std::int32_t>(i), of_body[i], along, limit_, motion);
-    if (along.norm() > tolerance * limit.longest + settings::solver::min_speed * motion.dt)
+    if (along.norm() > tolerance * limit.longest + settings::solver::min_speed * motion.dt())
       stretched.push_back(limit);
   }
 }

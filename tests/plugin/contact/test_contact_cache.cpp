@@ -21,10 +21,10 @@ namespace {
 // Bodies of one vertex, which stay where they are.
 Motion two_bodies(const btVector3& a, const btVector3& b) {
   Motion motion;
-  motion.first_vertex = {0, 1, 2};
+  motion.input().first_vertex = {0, 1, 2};
   for (const btVector3& x : {a, b})
-    for (int k = 0; k < 3; ++k) motion.start.push_back(x[k]);
-  motion.end = motion.start;
+    for (int k = 0; k < 3; ++k) motion.input().start.push_back(x[k]);
+  motion.end = motion.start();
   return motion;
 }
 
@@ -34,9 +34,9 @@ btVector3 vector(double x, double y, double z) {
 
 Motion three_bodies() {
   Motion motion = two_bodies(vector(0, 0, 0), vector(0, 1, 0));
-  for (std::vector<btScalar>* positions : {&motion.start, &motion.end})
+  for (std::vector<btScalar>* positions : {&motion.input().start, &motion.end})
     positions->insert(positions->end(), {2, 2, 2});
-  motion.first_vertex = {0, 1, 2, 3};
+  motion.input().first_vertex = {0, 1, 2, 3};
   return motion;
 }
 
@@ -103,7 +103,7 @@ TEST_CASE("a contact cache holds while every vertex starts and ends nearly where
     CHECK(cache.begin(after, distances));
   }
   SECTION("too far at the start") {
-    after.start[0] = btScalar(-0.014);
+    after.input().start[0] = btScalar(-0.014);
     CHECK(!cache.begin(after, distances));
   }
   SECTION("little by little") {
@@ -113,8 +113,8 @@ TEST_CASE("a contact cache holds while every vertex starts and ends nearly where
     CHECK(!cache.begin(after, distances));
   }
   SECTION("other vertices") {
-    after.start.resize(3);
-    after.first_vertex = {0, 1};
+    after.input().start.resize(3);
+    after.input().first_vertex = {0, 1};
     CHECK(!cache.begin(after, {distances.data(), 1}));
   }
   SECTION("not a number") {
@@ -195,12 +195,12 @@ TEST_CASE("a contact cache knows how far a body had moved when the other one was
   cache.begin(motion, distances);
   cache.take({}, near(0.5, 2));
   // The first body moves away by 0.012. Then the second one moves and is searched: 0.2 apart.
-  motion.start[1] = motion.end[1] = btScalar(-0.012);
-  motion.start[4] = motion.end[4] = btScalar(0.188);
+  motion.input().start[1] = motion.end[1] = btScalar(-0.012);
+  motion.input().start[4] = motion.end[4] = btScalar(0.188);
   REQUIRE(!cache.begin(motion, distances));
   cache.take({}, near(0.2, 2));
   // The first body returns, and the second one comes nearer.
-  motion.start[1] = motion.end[1] = 0;
+  motion.input().start[1] = motion.end[1] = 0;
   REQUIRE(cache.begin(motion, distances));
   motion.end[4] -= btScalar(0.17);
   CHECK(cache.keeps_apart(motion, false));

@@ -29,10 +29,10 @@ struct Rows {
   RowFactory factory{surfaces, 0.05, motion};
 
   Rows() {
-    motion.start = motion.end = {0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-    motion.inverse_mass = motion.shortest_edge = {1, 1, 1, 1};
-    motion.first_vertex = {0, 4};
-    motion.rigid_of_body = {-1};
+    motion.input().start = motion.end = {0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+    motion.input().inverse_mass = motion.input().shortest_edge = {1, 1, 1, 1};
+    motion.input().first_vertex = {0, 4};
+    motion.input().rigid_of_body = {-1};
   }
 };
 

@@ -34,7 +34,7 @@ struct Layers {
     const auto first = static_cast<std::int32_t>(motion.size());
     for (const Point& p : points) {
       for (std::size_t k = 0; k < 3; ++k) {
-        motion.start.push_back(static_cast<btScalar>(p[k]));
+        motion.input().start.push_back(static_cast<btScalar>(p[k]));
         motion.end.push_back(static_cast<btScalar>(p[k] + move[k]));
       }
     }
@@ -82,8 +82,8 @@ struct Layers {
   }
 
   std::vector<bool> kept(int threads = 1) {
-    motion.rigid_of_body.clear();
-    for (const bool rigid : is_rigid) motion.rigid_of_body.push_back(rigid ? 0 : -1);
+    motion.input().rigid_of_body.clear();
+    for (const bool rigid : is_rigid) motion.input().rigid_of_body.push_back(rigid ? 0 : -1);
     bullet::HiddenContacts hidden(
         [this](std::int32_t a, std::int32_t b) { return a == b || stop_each_other; });
     std::vector<bullet::ReductionEntry> left = entries;

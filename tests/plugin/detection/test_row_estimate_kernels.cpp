@@ -20,19 +20,19 @@ Motion random_motion(std::mt19937& random) {
   constexpr std::size_t soft = 40, all = 50;
   std::uniform_real_distribution<double> within(-1, 1);
   Motion motion;
-  motion.start.resize(3 * all);
+  motion.input().start.resize(3 * all);
   motion.end.resize(3 * all);
-  for (btScalar& x : motion.start) x = static_cast<btScalar>(within(random));
+  for (btScalar& x : motion.input().start) x = static_cast<btScalar>(within(random));
   for (btScalar& x : motion.end) x = static_cast<btScalar>(within(random));
   for (std::size_t v = 0; v < soft; ++v) {
-    motion.inverse_mass.push_back(v % 5 == 0 ? 0 : 1 + within(random));
-    motion.shortest_edge.push_back(0.2 * (1 + within(random)));
+    motion.input().inverse_mass.push_back(v % 5 == 0 ? 0 : 1 + within(random));
+    motion.input().shortest_edge.push_back(0.2 * (1 + within(random)));
   }
   RigidMotion body;
   body.inverse_mass.setZero();
   body.inverse_inertia.setZero();
-  motion.rigid.push_back(body);
-  motion.rigid_of_body = {-1, -1, 0};
+  motion.input().rigid.push_back(body);
+  motion.input().rigid_of_body = {-1, -1, 0};
   return motion;
 }
 
@@ -74,9 +74,9 @@ TEST_CASE("kernels of all instruction sets and rows agree to the bit") {
   std::mt19937 random(1);
   for (int round = 0; round < 200; ++round) {
     const Motion motion = random_motion(random);
-    const RowEstimateInput<btScalar> of = {motion.start.data(),        motion.end.data(),
-                                           motion.inverse_mass.data(), motion.shortest_edge.data(),
-                                           motion.soft_count(),        position_correction};
+    const RowEstimateInput<btScalar> of = {
+        motion.start().data(),         motion.end.data(),   motion.inverse_mass().data(),
+        motion.shortest_edge().data(), motion.soft_count(), position_correction};
     const int count = 1 + static_cast<int>(random() % RowEstimateLanes::count);
     std::vector<Contact> contacts;
     for (int i = 0; i < count; ++i) contacts.push_back(random_contact(random));
@@ -103,8 +103,8 @@ TEST_CASE("kernels of all instruction sets and rows agree to the bit") {
             sum += weights[k] * Motion::read(places, contacts[i].vertices[k]);
           return sum;
         };
-        CHECK(lanes.gap_squared[i] == gap(motion.start).squaredNorm());
-        CHECK(lanes.gap_dot[i] == gap(motion.start).dot(gap(motion.end)));
+        CHECK(lanes.gap_squared[i] == gap(motion.start()).squaredNorm());
+        CHECK(lanes.gap_dot[i] == gap(motion.start()).dot(gap(motion.end)));
       }
     }
   }

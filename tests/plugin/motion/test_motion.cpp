@@ -16,11 +16,11 @@ struct Moved {
   std::vector<Body> bodies;
 
   explicit Moved(const std::vector<double>& deviations) : bodies(deviations.size()) {
-    motion.first_vertex = {0};
+    motion.input().first_vertex = {0};
     for (const double metres : deviations) {
       motion.predicted.insert(motion.predicted.end(), 2, bullet::Vector3d(1, 2, 3));
       motion.end.insert(motion.end.end(), {1, 2, 3, 1, 2, btScalar(3 - metres)});
-      motion.first_vertex.push_back(motion.first_vertex.back() + 2);
+      motion.input().first_vertex.push_back(motion.first_vertex().back() + 2);
     }
     for (Body& body : bodies) body.self_collision = false;
   }

@@ -18,7 +18,7 @@ struct Stacks {
   std::vector<Contact> contacts;
 
   explicit Stacks(std::int32_t bodies) {
-    motion.first_vertex = {0};
+    motion.input().first_vertex = {0};
     for (std::int32_t body = 0; body < bodies; ++body) {
       Column column({1, 1});
       const std::int32_t first = motion.soft_count();
@@ -31,18 +31,18 @@ struct Stacks {
       const auto append = [](auto& to, const auto& from) {
         to.insert(to.end(), from.begin(), from.end());
       };
-      append(motion.start, column.motion.start);
-      append(motion.inverse_mass, column.motion.inverse_mass);
-      append(motion.shortest_edge, column.motion.shortest_edge);
-      motion.first_vertex.push_back(motion.soft_count());
-      motion.rigid_of_body.push_back(-1);
+      append(motion.input().start, column.motion.start());
+      append(motion.input().inverse_mass, column.motion.inverse_mass());
+      append(motion.input().shortest_edge, column.motion.shortest_edge());
+      motion.input().first_vertex.push_back(motion.soft_count());
+      motion.input().rigid_of_body.push_back(-1);
     }
-    motion.dt = 0.01;
-    motion.end = motion.start;
+    motion.input().dt = 0.01;
+    motion.end = motion.start();
   }
   // Moves the free nodes of a body down by 1 cm.
   void load(std::int32_t body) {
-    const std::int32_t first = motion.first_vertex[body];
+    const std::int32_t first = motion.first_vertex()[body];
     for (const std::int32_t v : {first + 3, first + 6})
       motion.end[3 * static_cast<std::size_t>(v) + 1] -= btScalar(0.01);
   }
@@ -84,7 +84,7 @@ TEST_CASE("a scene that got smaller and needs no impulse is left as it is") {
   one.begin(rows);
   rows.solve(one.motion, 100);
   CHECK(one.motion.solved == one.motion.predicted);
-  CHECK(one.motion.end == one.motion.start);
+  CHECK(one.motion.end == one.motion.start());
 }
 
 TEST_CASE("crowded contacts of one island do not end the rounds of another") {
@@ -112,7 +112,7 @@ TEST_CASE("a resting load is solved to rest at any force") {
   const bullet::PairSurfaces surfaces = lazyccd::test::uniform_surfaces(0.1, 0);
   bullet::ContactConstraints rows(surfaces, 0.05);
   const auto fall = [&](double metres, int sweeps) {
-    motion.end = motion.start;
+    motion.end = motion.start();
     for (std::size_t i = 1; i < points; ++i) motion.end[9 * i + 1] -= static_cast<btScalar>(metres);
     motion.begin_response();
     rows.begin_step();

@@ -24,18 +24,18 @@ struct Cloud {
     std::mt19937 random(1);
     std::uniform_real_distribution<double> any(-1, 1);
     const std::int32_t count = large + small * small_count;
-    motion.dt = 0.01;
+    motion.input().dt = 0.01;
     for (std::int32_t v = 0; v < count; ++v) {
       for (int axis = 0; axis < 3; ++axis) {
-        motion.start.push_back(static_cast<btScalar>(any(random)));
-        motion.end.push_back(motion.start.back() +
+        motion.input().start.push_back(static_cast<btScalar>(any(random)));
+        motion.end.push_back(motion.start().back() +
                              static_cast<btScalar>(0.03 + 0.01 * any(random)));
       }
-      motion.inverse_mass.push_back(v == pinned ? 0 : 500 + 400 * any(random));
-      motion.shortest_edge.push_back(0.1);
+      motion.input().inverse_mass.push_back(v == pinned ? 0 : 500 + 400 * any(random));
+      motion.input().shortest_edge.push_back(0.1);
     }
-    motion.first_vertex = {0, count};
-    motion.rigid_of_body = {-1};
+    motion.input().first_vertex = {0, count};
+    motion.input().rigid_of_body = {-1};
     for (std::int32_t v = 0; v + 3 < count; ++v) {
       const std::int32_t last = v + 3;
       if (v < large ? last < large : (v - large) / small == (last - large) / small)
@@ -49,7 +49,7 @@ struct Cloud {
   Vector3d momentum(std::int32_t first, std::int32_t last) const {
     Vector3d sum = Vector3d::Zero();
     for (std::int32_t v = first; v < last; ++v)
-      sum += (motion.solved[v] - motion.start_of(v)) / motion.inverse_mass[v];
+      sum += (motion.solved[v] - motion.start_of(v)) / motion.inverse_mass()[v];
     return sum;
   }
 };

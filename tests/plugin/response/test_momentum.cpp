@@ -106,16 +106,16 @@ TEST_CASE("impact zones keep the momentum of free bodies") {
 TEST_CASE("impulses of a contact between very different masses sum to zero") {
   const ContactKind kind = GENERATE(ContactKind::vertex_face, ContactKind::edge_edge);
   bullet::Motion motion;
-  motion.start = {0, 1, 0, -1, 0, -1, 1, 0, -1, 0, 0, 1};
-  motion.end = motion.start;
+  motion.input().start = {0, 1, 0, -1, 0, -1, 1, 0, -1, 0, 0, 1};
+  motion.end = motion.start();
   motion.end[1] = -3;
-  motion.inverse_mass = {1e3, 1e-3, 1, 20};
-  motion.shortest_edge = {1, 1, 1, 1};
-  motion.first_vertex = {0, 4};
-  motion.rigid_of_body = {-1};
+  motion.input().inverse_mass = {1e3, 1e-3, 1, 20};
+  motion.input().shortest_edge = {1, 1, 1, 1};
+  motion.input().first_vertex = {0, 4};
+  motion.input().rigid_of_body = {-1};
   if (kind == ContactKind::edge_edge) {
-    motion.start = {-1, 1, 0, 1, 1, 0, 0, 0, -1, 0, 0, 1};
-    motion.end = motion.start;
+    motion.input().start = {-1, 1, 0, 1, 1, 0, 0, 0, -1, 0, 0, 1};
+    motion.end = motion.start();
     motion.end[1] = motion.end[4] = -3;
   }
   motion.begin_response();
@@ -133,7 +133,8 @@ TEST_CASE("impulses of a contact between very different masses sum to zero") {
   double gap = 0, largest = 0;
   const auto weights = contact.weights();
   for (int i = 0; i < 4; ++i) {
-    const bullet::Vector3d one = (motion.solved[i] - motion.predicted[i]) / motion.inverse_mass[i];
+    const bullet::Vector3d one =
+        (motion.solved[i] - motion.predicted[i]) / motion.inverse_mass()[i];
     impulse += one;
     largest = std::max(largest, one.norm());
     gap += weights[i] * motion.solved[i].y();
@@ -147,10 +148,10 @@ TEST_CASE("a point that falls on a light resting point bounces and leaves it at 
   const double restitution = GENERATE(0.5, 1.0), falls = 2;
   Column column({10, 1});
   bullet::Motion& motion = column.motion;
-  motion.rate.assign(9, 1 / motion.dt);
-  motion.velocity.assign(9, bullet::Vector3d::Zero());
-  motion.velocity[6].y() = -falls;
-  motion.end[3 * 6 + 1] -= static_cast<btScalar>(falls * motion.dt);
+  motion.input().rate.assign(9, 1 / motion.dt());
+  motion.input().velocity.assign(9, bullet::Vector3d::Zero());
+  motion.input().velocity[6].y() = -falls;
+  motion.end[3 * 6 + 1] -= static_cast<btScalar>(falls * motion.dt());
   bullet::SolverOptions options;
   options.restitution = restitution;
   const bullet::PairSurfaces surfaces = lazyccd::test::uniform_surfaces(0.1, 0);
@@ -162,7 +163,7 @@ TEST_CASE("a point that falls on a light resting point bounces and leaves it at 
       near.evaluate_all(column.contacts, motion), {},
       [](const Positions&, const Positions&) { return std::vector<Contact>(); }, {}, motion, stats);
   const auto speed = [&](std::int32_t v) {
-    return (motion.velocity[v] + motion.velocity_change[v]).y();
+    return (motion.velocity()[v] + motion.velocity_change[v]).y();
   };
   CHECK_THAT(speed(6), Matchers::WithinAbs(falls * restitution, 0.05 * falls));
   CHECK_THAT(speed(3), Matchers::WithinAbs(0, 0.05 * falls));
@@ -173,13 +174,14 @@ TEST_CASE("a body on rails is stopped by a pinned node beside contacts of other 
   // face of a soft body.
   const btVector3 local[] = {btVector3(-1, 0, -1), btVector3(1, 0, -1), btVector3(0, 0, 1)};
   bullet::Motion motion;
-  motion.start = {0, 1, 0, 5, 1, 0, 4, 0, -1, 6, 0, -1, 5, 0, 1, -1, 0, -1, 1, 0, -1, 0, 0, 1};
-  motion.end = motion.start;
+  motion.input().start = {0, 1, 0, 5,  1, 0,  4, 0, -1, 6, 0, -1,
+                          5, 0, 1, -1, 0, -1, 1, 0, -1, 0, 0, 1};
+  motion.end = motion.start();
   motion.end[4] = -1;
-  motion.inverse_mass = {0, 1, 1, 1, 1};
-  motion.shortest_edge = {1, 1, 1, 1, 1};
-  motion.first_vertex = {0, 1, 2, 5, 8};
-  motion.rigid_of_body = {-1, -1, -1, 0};
+  motion.input().inverse_mass = {0, 1, 1, 1, 1};
+  motion.input().shortest_edge = {1, 1, 1, 1, 1};
+  motion.input().first_vertex = {0, 1, 2, 5, 8};
+  motion.input().rigid_of_body = {-1, -1, -1, 0};
   bullet::RigidMotion body;
   body.first_vertex = 5;
   body.vertex_count = 3;
@@ -191,8 +193,8 @@ TEST_CASE("a body on rails is stopped by a pinned node beside contacts of other 
       bullet::Vector3d::Zero();
   body.inverse_mass = bullet::Vector3d(0, 0.5, 0);
   body.inverse_inertia.setZero();
-  motion.rigid.push_back(body);
-  motion.set_end_pose(motion.rigid[0], body.predicted);
+  motion.input().rigid.push_back(body);
+  motion.set_end_pose(motion.rigid()[0], body.predicted);
   motion.begin_response();
 
   Contact on_rails = {}, soft = {};
@@ -211,7 +213,7 @@ TEST_CASE("a body on rails is stopped by a pinned node beside contacts of other 
   bullet::ContactConstraints rows(surfaces, 0.05);
   rows.add({on_rails, soft}, motion);
   rows.solve(motion, 100);
-  CHECK_THAT(static_cast<double>(motion.rigid[0].end.getOrigin().y()),
+  CHECK_THAT(static_cast<double>(motion.rigid()[0].end.getOrigin().y()),
              Matchers::WithinAbs(0.9, 1e-6));
   const double gap = motion.solved[1].y() - 0.25 * motion.solved[2].y() -
                      0.25 * motion.solved[3].y() - 0.5 * motion.solved[4].y();
@@ -226,11 +228,11 @@ struct FourInContact {
   Contact contact = {};
 
   FourInContact() {
-    motion.start = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 2, 2, 0};
+    motion.input().start = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 2, 2, 0};
     motion.end = {0, 0, 0, 1, btScalar(0.2), 0, 1, 1, 0, 0, 1, btScalar(0.1), 2, btScalar(2.1), 0};
-    motion.inverse_mass = {1, 2, 1, 0.5, 1};
-    motion.first_vertex = {0, 5};
-    motion.rigid_of_body = {-1};
+    motion.input().inverse_mass = {1, 2, 1, 0.5, 1};
+    motion.input().first_vertex = {0, 5};
+    motion.input().rigid_of_body = {-1};
     motion.begin_response();
     contact.vertices = {0, 1, 2, 3};
   }
@@ -244,7 +246,7 @@ struct FourInContact {
     std::array<bullet::Vector3d, 2> sums = {bullet::Vector3d::Zero(), bullet::Vector3d::Zero()};
     for (int v = 0; v < 5; ++v) {
       const bullet::Vector3d start = motion.start_of(v);
-      const bullet::Vector3d momentum = (ends[v] - start) / motion.inverse_mass[v];
+      const bullet::Vector3d momentum = (ends[v] - start) / motion.inverse_mass()[v];
       sums[0] += momentum;
       sums[1] += start.cross(momentum);
     }
@@ -302,10 +304,10 @@ TEST_CASE("a zone turns a body that nodes of it are anchored to only if there ar
   body.velocity = body.angular_velocity = bullet::Vector3d::Zero();
   body.inverse_mass = bullet::Vector3d::Constant(0.5);
   body.inverse_inertia = 10 * bullet::Matrix3d::Identity();
-  motion.rigid.push_back(body);
+  motion.input().rigid.push_back(body);
   const auto anchor = [&](std::int32_t v) {
-    motion.inverse_mass[v] = 0;
-    motion.anchor(v, {bullet::to_bullet(motion.start_of(v)) - body.start.getOrigin(), 0});
+    motion.input().inverse_mass[v] = 0;
+    motion.input().anchor(v, {bullet::to_bullet(motion.start_of(v)) - body.start.getOrigin(), 0});
   };
   anchor(1);
   if (several) anchor(2);
@@ -314,8 +316,8 @@ TEST_CASE("a zone turns a body that nodes of it are anchored to only if there ar
   CHECK(zones.absorb({four.contact}, motion));
   CHECK(!zones.absorb({four.contact}, motion));
 
-  CHECK((motion.rigid[0].rotation.norm() > 0.01) == several);
-  CHECK((motion.rigid[0].end.getBasis() == body.start.getBasis()) == !several);
+  CHECK((motion.rigid()[0].rotation.norm() > 0.01) == several);
+  CHECK((motion.rigid()[0].end.getBasis() == body.start.getBasis()) == !several);
   for (int i = 0; i < 4; ++i) {
     const double side = (motion.solved[i] - motion.solved[(i + 1) % 4]).norm();
     CHECK_THAT(side, Matchers::WithinAbs(1, 1e-6));

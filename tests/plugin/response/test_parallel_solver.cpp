@@ -24,15 +24,16 @@ struct Pile {
 
   // `node_mass`, `plate_mass`: kg.
   Pile(double node_mass, double plate_mass) {
-    motion.dt = 0.01;
+    motion.input().dt = 0.01;
     const auto add_vertex = [&](double x, double y, double z) {
-      for (const double value : {x, y, z}) motion.start.push_back(static_cast<btScalar>(value));
+      for (const double value : {x, y, z})
+        motion.input().start.push_back(static_cast<btScalar>(value));
     };
     for (int sheet = 0; sheet < 2; ++sheet) {
       for (int i = 0; i < side * side; ++i) {
         add_vertex(spacing * (i % side), height * (2 - sheet), spacing * (i / side));
-        motion.inverse_mass.push_back(1 / node_mass);
-        motion.shortest_edge.push_back(spacing);
+        motion.input().inverse_mass.push_back(1 / node_mass);
+        motion.input().shortest_edge.push_back(spacing);
       }
     }
     const double width = spacing * side;
@@ -67,14 +68,14 @@ struct Pile {
     body.local = corners.data();
     body.inverse_mass = Vector3d::Constant(1 / plate_mass);
     body.inverse_inertia = 12 / (plate_mass * width * width) * bullet::Matrix3d::Identity();
-    motion.rigid.push_back(body);
-    motion.first_vertex = {0, side * side, 2 * side * side, 2 * side * side + 3};
-    motion.rigid_of_body = {-1, -1, 0};
-    motion.velocity.assign(motion.inverse_mass.size(), Vector3d(0, -speed, 0));
-    motion.rate.assign(motion.inverse_mass.size(), 1 / motion.dt);
-    motion.end = motion.start;
+    motion.input().rigid.push_back(body);
+    motion.input().first_vertex = {0, side * side, 2 * side * side, 2 * side * side + 3};
+    motion.input().rigid_of_body = {-1, -1, 0};
+    motion.input().velocity.assign(motion.inverse_mass().size(), Vector3d(0, -speed, 0));
+    motion.input().rate.assign(motion.inverse_mass().size(), 1 / motion.dt());
+    motion.end = motion.start();
     for (std::int32_t v = 0; v < motion.soft_count(); ++v)
-      motion.end[3 * static_cast<std::size_t>(v) + 1] -= static_cast<btScalar>(speed * motion.dt);
+      motion.end[3 * static_cast<std::size_t>(v) + 1] -= static_cast<btScalar>(speed * motion.dt());
     motion.begin_response();
   }
 
@@ -122,7 +123,7 @@ TEST_CASE("a body that is held at its supports moves as they let it, on any numb
   CAPTURE(plate_mass);
   const auto held_pile = [plate_mass] {
     Pile pile(0.001, plate_mass);
-    bullet::RigidMotion& plate = pile.motion.rigid[0];
+    bullet::RigidMotion& plate = pile.motion.input().rigid[0];
     plate.supported_mobility = bullet::free_mobility(plate);
     for (int i = 0; i < 6; ++i)
       (*plate.supported_mobility)(i, 1) = (*plate.supported_mobility)(1, i) = 0;
@@ -130,9 +131,9 @@ TEST_CASE("a body that is held at its supports moves as they let it, on any numb
   };
   Pile first = held_pile();
   const std::vector<double> expected = solve(first, 1, 400);
-  CHECK(expected[0] < 0.01 * Pile::speed * first.motion.dt);
-  CHECK(first.motion.rigid[0].translation.y() == 0);
-  CHECK(first.motion.rigid[0].rotation.norm() > 0);
+  CHECK(expected[0] < 0.01 * Pile::speed * first.motion.dt());
+  CHECK(first.motion.rigid()[0].translation.y() == 0);
+  CHECK(first.motion.rigid()[0].rotation.norm() > 0);
   Pile second = held_pile();
   CHECK(solve(second, 3, 400) == expected);
 }
@@ -144,12 +145,12 @@ TEST_CASE("thousands of contacts with one rigid body converge and keep momentum"
   constexpr double node_mass = 0.001;
   Pile pile(node_mass, plate_mass);
   const double violation = solve(pile, 2, 400)[0];
-  CHECK(violation < 0.01 * Pile::speed * pile.motion.dt);
-  Vector3d momentum = plate_mass * pile.motion.rigid[0].translation;  // times the time step
+  CHECK(violation < 0.01 * Pile::speed * pile.motion.dt());
+  Vector3d momentum = plate_mass * pile.motion.rigid()[0].translation;  // times the time step
   for (std::size_t v = 0; v < pile.motion.solved.size(); ++v)
     momentum += node_mass * (pile.motion.solved[v] - pile.motion.predicted[v]);
   CHECK(momentum.norm() < 1e-9);
-  CHECK(pile.motion.rigid[0].translation.y() < 0);
+  CHECK(pile.motion.rigid()[0].translation.y() < 0);
 }
 
 TEST_CASE("many contacts at one place are solved") {
@@ -159,5 +160,5 @@ TEST_CASE("many contacts at one place are solved") {
   pile.contacts.assign(pile.contacts.size(), one);
   for (std::size_t i = 0; i < pile.contacts.size(); ++i)
     pile.contacts[i].primitive_b = static_cast<std::int32_t>(i);
-  CHECK(solve(pile, 2, 100)[0] < 0.01 * Pile::speed * pile.motion.dt);
+  CHECK(solve(pile, 2, 100)[0] < 0.01 * Pile::speed * pile.motion.dt());
 }

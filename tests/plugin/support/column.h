@@ -19,12 +19,13 @@ struct Column {
   explicit Column(std::vector<double> inverse_masses) {
     inverse_masses.insert(inverse_masses.begin(), 0);
     const auto points = static_cast<std::int32_t>(inverse_masses.size());
-    motion.dt = 0.01;
+    bullet::StepInput& input = motion.input();
+    input.dt = 0.01;
     for (std::int32_t i = 0; i < points; ++i) {
       for (int k = 0; k < 3; ++k) {
-        motion.start.insert(motion.start.end(), {btScalar(k), btScalar(0.1) * i, 0});
-        motion.inverse_mass.push_back(inverse_masses[i]);
-        motion.shortest_edge.push_back(1);
+        input.start.insert(input.start.end(), {btScalar(k), btScalar(0.1) * i, 0});
+        input.inverse_mass.push_back(inverse_masses[i]);
+        input.shortest_edge.push_back(1);
       }
       Contact contact = {};
       contact.kind = ContactKind::vertex_face;
@@ -33,9 +34,9 @@ struct Column {
       contact.normal = {0, 1, 0};
       if (i + 1 < points) contacts.push_back(contact);
     }
-    motion.end = motion.start;
-    motion.first_vertex = {0, 3 * points};
-    motion.rigid_of_body = {-1};
+    motion.end = input.start;
+    input.first_vertex = {0, 3 * points};
+    input.rigid_of_body = {-1};
   }
 };
 

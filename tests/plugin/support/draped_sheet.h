@@ -89,7 +89,7 @@ class DrapedSheet {
   void place(int node, std::int32_t v, bullet::Motion& motion) {
     if (std::find(anchored_.begin(), anchored_.end(), node) != anchored_.end()) {
       for (int k = 0; k < 3; ++k) {
-        motion.start[3 * static_cast<std::size_t>(v) + k] = place_.getOrigin()[k];
+        motion.input().start[3 * static_cast<std::size_t>(v) + k] = place_.getOrigin()[k];
         motion.end[3 * static_cast<std::size_t>(v) + k] = turned_.getOrigin()[k];
       }
       return;
@@ -99,11 +99,11 @@ class DrapedSheet {
     const btVector3 start(static_cast<btScalar>(x), static_cast<btScalar>(height_(x, z, gap_)),
                           static_cast<btScalar>(z));
     for (int k = 0; k < 3; ++k) {
-      motion.start[3 * static_cast<std::size_t>(v) + k] = place_.getOrigin()[k] + start[k];
+      motion.input().start[3 * static_cast<std::size_t>(v) + k] = place_.getOrigin()[k] + start[k];
       motion.end[3 * static_cast<std::size_t>(v) + k] =
           place_.getOrigin()[k] + start[k] + move_[k] + amount(noise_);
     }
-    motion.velocity[v].setZero();
+    motion.input().velocity[v].setZero();
   }
 
   int nodes_;  // a side

@@ -25,7 +25,7 @@ struct Surface {
     constexpr double pi = 3.14159265358979;
     const auto add = [&](double x, double y, double z) {
       for (const double value : {x, y, z})
-        motion.start.push_back(static_cast<btScalar>(std::round(64 * value) / 64));
+        motion.input().start.push_back(static_cast<btScalar>(std::round(64 * value) / 64));
     };
     add(0, 0, -1);
     for (int i = 1; i < count; ++i) {

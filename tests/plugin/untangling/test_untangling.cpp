@@ -221,10 +221,11 @@ class Tangle {
       : body_of_vertex_(std::move(body_of_vertex)),
         faces_(std::move(faces)),
         edges_(std::move(edges)) {
-    motion.dt = dt;
-    for (const btVector3& p : points) motion.start.insert(motion.start.end(), &p[0], &p[0] + 3);
-    motion.end = motion.start;
-    motion.inverse_mass = std::move(inverse_masses);
+    motion.input().dt = dt;
+    std::vector<btScalar>& start = motion.input().start;
+    for (const btVector3& p : points) start.insert(start.end(), &p[0], &p[0] + 3);
+    motion.end = motion.start();
+    motion.input().inverse_mass = std::move(inverse_masses);
     found_.pairs = std::move(pairs);
   }
 

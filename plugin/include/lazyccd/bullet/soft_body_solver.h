@@ -30,7 +30,7 @@ class Pipeline;
 class SideBySide;
 class SoftBodyDbvt;
 class SoftConstraints;
-struct Motion;
+class Motion;
 
 /// Bullet's default soft body solver with LazyCCD's contacts.
 ///
