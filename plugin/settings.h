@@ -268,17 +268,13 @@ inline constexpr double min_speed = 3e-5;
 /// Sweeps also end when the change is below this fraction of the approach that the contacts stop.
 /// Where they meet fast, min_speed alone would take many sweeps for what nobody sees.
 inline constexpr double min_fraction = 3e-3;
-/// m/s. Contacts that approach more slowly are at rest or soon will be. An error left there shows
-/// as creep, so they get more sweeps.
-inline constexpr double slow_approach = 0.25;
-/// m/s. Contacts also count as resting if, with last step's impulses, no row is violated by more
-/// than this, whatever the load.
+/// m/s. Contacts rest if, with last step's impulses, no row is violated by more than this, whatever
+/// the load. An error left there shows as creep, so they get more sweeps.
 inline constexpr double resting_speed = 0.02;
 /// Of the load: sweeps of resting contacts also end when the change is below this.
 inline constexpr double min_fraction_at_rest = 1e-4;
-/// Factor of the number of sweeps for slow and for resting contacts. With less, what
-/// rests creeps.
-inline constexpr int slow_sweep_factor = 4;
+/// Factor of the number of sweeps for resting contacts. With less, what rests creeps.
+inline constexpr int resting_sweep_factor = 4;
 /// Divisor of the number of sweeps for split impulses. Gaps that are still too narrow are restored
 /// in the next steps.
 inline constexpr int split_sweep_divisor = 5;
@@ -290,9 +286,8 @@ inline constexpr double round_fraction = 0.03;
 /// the velocity solve does not trigger them.
 inline constexpr double split_gap_fraction = 0.999;
 /// Sweeps from one full sweep to the next. Most rows never act, so the sweeps in between visit only
-/// batches that carry an impulse. The interval doubles if a full sweep activated no new batch, up
-/// to the last number, which keeps it from overflow.
-inline constexpr int first_full_sweep_interval = 8, max_full_sweep_interval = 1 << 20;
+/// batches that carry an impulse. The interval doubles if a full sweep activated no new batch.
+inline constexpr int first_full_sweep_interval = 8;
 /// Number of sweeps in which friction that is a fraction of the sliding is computed anew. After
 /// them its size stays, as that of Tresca's friction. It does not go to zero with the load, so
 /// contacts whose load comes and goes with their friction would never settle.

@@ -125,7 +125,7 @@ void NearContactSelector::evaluate_range(Span<const Contact> found, std::size_t 
 }
 
 void NearContactSelector::renumber(const ContactRenumbering& numbers) {
-  ScratchVector<PairKey> kept;
+  std::vector<PairKey> kept;
   for (const PairKey& key : selected_) {
     Contact contact = {};
     contact.body_a = static_cast<std::int32_t>(key[0] >> 32);
@@ -139,7 +139,7 @@ void NearContactSelector::renumber(const ContactRenumbering& numbers) {
 }
 
 void NearContactSelector::remember(const std::vector<LastImpulses::Pair>& pairs) {
-  ScratchVector<PairKey> keys, both;
+  std::vector<PairKey> keys, both;
   for (const LastImpulses::Pair& pair : pairs) keys.push_back(pair_key_of(pair.contact));
   std::set_union(selected_.begin(), selected_.end(), keys.begin(), keys.end(),
                  std::back_inserter(both));

@@ -20,7 +20,6 @@
 #include "lazyccd/threads.h"
 #include "motion/motion.h"
 #include "settings.h"
-#include "util/scratch_vector.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -91,7 +90,7 @@ class NearContactSelector {
   const RowEstimateKernels* kernels_ = best_row_estimate_kernels();
   const PairSurfaces& surfaces_;
   double position_correction_;
-  ScratchVector<PairKey> selected_, previously_selected_;  ///< in this step, and in the one before
+  std::vector<PairKey> selected_, previously_selected_;  ///< in this step, and in the one before
   /// One element for each pair in `found`.
   std::vector<ReductionEntry> entries_;
   std::vector<RowEstimate> estimates_;

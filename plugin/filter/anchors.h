@@ -16,6 +16,7 @@ class Anchors {
  public:
   /// Reads the anchors of all bodies.
   void read(const SoftScene& scene);
+  bool empty() const { return anchors_.empty(); }
   /// True if an anchor holds the soft vertex to the object.
   bool hold(std::int32_t soft_vertex, const btCollisionObject* object) const;
   /// Adds the vertices of a soft body that anchors hold to the object.

@@ -85,6 +85,7 @@ void ContactFilter::find_anchored(std::int32_t soft_body, std::int32_t obstacle,
 bool ContactFilter::are_anchored(std::int32_t body_a, std::int32_t body_b,
                                  Span<const std::int32_t> vertices,
                                  const PartsInside& embedded) const {
+  if (anchors_.empty() && embedded.empty()) return false;
   const StepTopology::BodyRecord& a = topology_.bodies()[body_a];
   const StepTopology::BodyRecord& b = topology_.bodies()[body_b];
   if (a.soft && b.soft) return false;

@@ -156,11 +156,9 @@ class ContactSolver::Sweeps {
     } else if (s_.manner_ == Manner::round) {
       sweeps = std::max(1, sweeps / settings::solver::round_sweep_divisor);
       min_change = std::max(min_change, settings::solver::min_fraction * problem.largest.need);
-    } else if (problem.largest.need < settings::solver::slow_approach * dt ||
-               problem.max_violation < settings::solver::resting_speed * dt) {
-      sweeps =
-          std::min(sweeps, std::numeric_limits<int>::max() / settings::solver::slow_sweep_factor) *
-          settings::solver::slow_sweep_factor;
+    } else if (problem.max_violation < settings::solver::resting_speed * dt) {
+      const int factor = settings::solver::resting_sweep_factor;
+      sweeps = std::min(sweeps, std::numeric_limits<int>::max() / factor) * factor;
       min_change =
           std::max(min_change, settings::solver::min_fraction_at_rest * problem.largest.need);
     } else {
@@ -280,10 +278,10 @@ class ContactSolver::Sweeps {
     island.extrapolation =
         static_cast<float>(island.run_length - 1) / static_cast<float>(island.run_length + 2);
     if (island.is_full) {
+      const int left = island.limit - sweep_;
       if (!island.has_new_active)
-        island.full_interval =
-            std::min(2 * island.full_interval, settings::solver::max_full_sweep_interval);
-      island.next_full = sweep_ + island.full_interval;
+        island.full_interval = island.full_interval > left / 2 ? left : 2 * island.full_interval;
+      island.next_full = sweep_ + std::min(island.full_interval, left);
     }
     if (settled) island.next_full = sweep_ + 1;
     if (island.progress.stalls(change)) island.limit = std::min(island.limit, sweep_ + 1);
