@@ -359,6 +359,7 @@ void ContactConstraints::solve_split_impulses(Motion& motion, int sweeps) {
   active_rows_are_current_ = false;
   const RowIslands& all = islands(motion);
   const ScratchVector<BodyPair> pressed = find_pressed_pairs(motion);
+  solver_.mark_violated();
   split_solver_.set_up(rows_, all, motion, ContactSolver::Manner::full, pressed);
   sweep_count_ += split_solver_.solve(sweeps);
   split_solver_.write(motion);

@@ -84,14 +84,19 @@ class ContactSolver {
   /// impulses, the pairs of bodies that press on each other, as find_pressed_pairs().
   void set_up(RowList& rows, const RowIslands& islands, const Motion& motion,
               Manner manner = Manner::full, Span<const BodyPair> pressed = {});
-  /// Goes on from the impulses of the last write(). The selected islands must be among those of
-  /// set_up(). Of all else that it took, only Motion::link_displacement may have changed.
+  /// Goes on from the impulses of the last write(). The selected islands must be among
+  /// those of set_up(). Of all else that it took, only what links move may have changed:
+  /// Motion::solved and Motion::link_displacement.
   void go_on();
 
   /// Runs the sweeps and returns their number. `sweeps`: normal limit. The limit is 4 x `sweeps` if
   /// contacts approach slowly or rest, `sweeps` / 5 for split impulses, and `sweeps` / 10 in a
   /// round. Stops earlier once sweeps change nothing visible.
   int solve(int sweeps);
+
+  /// Marks rows without an impulse that the last solution violates: they may need a split impulse.
+  /// Call before the problems of split impulses are set up.
+  void mark_violated();
 
   /// Writes the impulses to the rows and their effect to `motion`. On entry `motion` must contain
   /// the effect of the impulses that the rows had at set_up(). Sets the ends of the soft vertices
@@ -190,10 +195,14 @@ class ContactSolver {
   bool is_unclaimed(std::int32_t slot) const { return slot > 0 && vertex_of_[slot] < 0; }
   /// Gives slots to the nodes of a soft body that links have moved and no block moves.
   void give_slots_to_moved(std::int32_t body);
-  /// Batches of a block begin anew, from their impulses.
-  void restart(RowBlock& block) const;
-  /// Adds what impulses do, and rows that are violated then. Sets Problem::max_violation.
-  void start_from_impulses();
+  /// Batches of a block begin anew, from their impulses and the present motion.
+  void restart(RowBlock& block);
+  /// Adds what impulses do to the displacements.
+  void apply_impulses();
+  /// Adds rows that are violated at the present displacements.
+  void add_violated();
+  /// Sets Problem::max_violation, by which set_limits() knows what rests.
+  void find_max_violations();
   /// Adds new_rows_ to the problem.
   void add_blocks();
   bool is_selected(const RowBlock& block) const { return islands_->is_selected(block.island); }

@@ -121,7 +121,8 @@ void ContactSolver::set_up(RowList& rows, const RowIslands& islands, const Motio
     for (const std::int32_t row : chunks_[i].active) new_rows_.add(chunks_[i].island, row);
   }
   add_blocks();
-  start_from_impulses();
+  apply_impulses();
+  add_violated();
 }
 
 bool ContactSolver::are_set_up() const {
@@ -133,9 +134,8 @@ bool ContactSolver::are_set_up() const {
 void ContactSolver::go_on() {
   LAZYCCD_ASSERT(are_set_up(), "a problem that goes on was set up");
   if (displacement_.empty()) return;  // nothing was open
-  restart_displacements();
   for_each(block_count_, [this](std::size_t i, int) { restart(blocks_[i]); });
-  start_from_impulses();
+  add_violated();
 }
 
 void ContactSolver::restart_displacements() {
@@ -176,8 +176,13 @@ Float4 ContactSolver::link_displacement(std::int32_t vertex, const Problem& prob
   return displacement;
 }
 
-void ContactSolver::restart(RowBlock& block) const {
+// Bodies are where they were. Nodes are where links have moved them from.
+void ContactSolver::restart(RowBlock& block) {
   if (!is_selected(block)) return;
+  const double length_unit = problems_[block.island].length_unit;
+  std::int32_t slot = block.first_new_slot;
+  for (const std::int32_t v : block.new_vertices)
+    set(displacement_[slot++].x, (motion_->solved[v] - motion_->predicted[v]) / length_unit);
   block.active.resize(block.batches.size());
   std::iota(block.active.begin(), block.active.end(), 0);
   for (RowBatch& batch : block.batches) {
@@ -194,9 +199,7 @@ void ContactSolver::add_blocks() {
       [&] { return added.next(); });
 }
 
-void ContactSolver::start_from_impulses() {
-  for (std::size_t body = 0; !for_split_impulse_ && body < motion_->links_moved.size(); ++body)
-    if (motion_->links_moved[body]) give_slots_to_moved(static_cast<std::int32_t>(body));
+void ContactSolver::apply_impulses() {
   for_each_block_by_stage(
       [this](RowBlock& block, int) {
         if (!is_selected(block)) return;
@@ -207,6 +210,11 @@ void ContactSolver::start_from_impulses() {
       [this](const SharedSlots& shared, const SharedSlots::Grain& grain) {
         if (islands_->is_selected(grain.island)) join(shared, grain);
       });
+}
+
+void ContactSolver::add_violated() {
+  for (std::size_t body = 0; !for_split_impulse_ && body < motion_->links_moved.size(); ++body)
+    if (motion_->links_moved[body]) give_slots_to_moved(static_cast<std::int32_t>(body));
   for_each(chunk_count_, [this](std::size_t i, int) {
     RowChunk& chunk = chunks_[i];
     chunk.violated.clear();
@@ -214,6 +222,10 @@ void ContactSolver::start_from_impulses() {
   });
   take_violated();
   add_blocks();
+  if (manner_ != Manner::round && !for_split_impulse_) find_max_violations();
+}
+
+void ContactSolver::find_max_violations() {
   for_each(block_count_, [this](std::size_t i, int) {
     RowBlock& block = blocks_[i];
     if (!is_selected(block)) return;

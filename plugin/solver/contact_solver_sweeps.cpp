@@ -325,6 +325,11 @@ int ContactSolver::solve(int sweeps) {
   threads_of_blocks().run_phases(
       iteration.start(), [&](std::size_t item, int worker) { iteration.run(item, worker); },
       [&] { return iteration.next(); });
+  return iteration.count();
+}
+
+void ContactSolver::mark_violated() {
+  if (block_count_ == 0) return;
   for_each(chunk_count_, [this](std::size_t i, int) {
     RowChunk& chunk = chunks_[i];
     if (!islands_->is_selected(chunk.island)) return;
@@ -332,7 +337,6 @@ int ContactSolver::solve(int sweeps) {
     for (const std::int32_t row : chunk.violated)
       rows_->set_may_need_split(static_cast<std::size_t>(chunk.inactive[row]), true);
   });
-  return iteration.count();
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION
