@@ -109,8 +109,8 @@ TEST_CASE("the strain limit holds links under a weight, and can be left out") {
 }
 
 TEST_CASE("the strain limit also holds links that what was not near before stretches") {
-  // Chaotic: of 200 starts one in nine exceeds 2.2, by up to 3.8. With one look at the links, before
-  // what touches is found, four in five do.
+  // Chaotic: of 200 starts one in nine exceeds 2.2, by up to 3.8. With one look at the links,
+  // before what touches is found, four in five do.
   const int starts = lazyccd::test::is_sanitized ? 1 : 45;
   std::vector<double> longest;
   for (int i = 0; i < starts; ++i) {
@@ -121,7 +121,8 @@ TEST_CASE("the strain limit also holds links that what was not near before stret
     longest.push_back(scene.longest(*cloth, 30));
   }
   CHECK(median(longest) < 2.2);
-  const auto beyond = std::count_if(longest.begin(), longest.end(), [](double x) { return x > 2.2; });
+  const auto beyond =
+      std::count_if(longest.begin(), longest.end(), [](double x) { return x > 2.2; });
   CHECK(beyond <= starts / 3);
 }
 
