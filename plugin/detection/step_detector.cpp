@@ -185,14 +185,13 @@ std::vector<double> StepDetector::thickness_limits() const {
 
 void StepDetector::measure_edges(const Topology& topology, const Renumbering& numbers,
                                  const std::vector<char>& is_changed) {
-  const std::vector<double> last = std::move(motion_.shortest_edge());
-  motion_.input().shortest_edge.assign(motion_.inverse_mass().size(),
-                                       std::numeric_limits<double>::infinity());
-  const auto read_edge = [this](std::int32_t a, std::int32_t b) {
+  std::vector<double>& shortest_edge = motion_.input().shortest_edge;
+  const std::vector<double> last = std::move(shortest_edge);
+  shortest_edge.assign(motion_.inverse_mass().size(), std::numeric_limits<double>::infinity());
+  const auto read_edge = [&](std::int32_t a, std::int32_t b) {
     if (!topology_.is_soft(a)) return;
     const double length = (motion_.start_of(a) - motion_.start_of(b)).norm();
-    for (const std::int32_t v : {a, b})
-      motion_.input().shortest_edge[v] = std::min(motion_.shortest_edge()[v], length);
+    for (const std::int32_t v : {a, b}) shortest_edge[v] = std::min(shortest_edge[v], length);
   };
   for (const Edge& edge : topology.edges) read_edge(edge[0], edge[1]);
   for (const Face& face : topology.faces) {
@@ -202,13 +201,13 @@ void StepDetector::measure_edges(const Topology& topology, const Renumbering& nu
     const std::int32_t v = numbers.vertices[old];
     if (v >= 0 && topology_.is_soft(v) &&
         !is_changed[static_cast<std::size_t>(topology.body_of_vertex[v])])
-      motion_.input().shortest_edge[v] = last[old];
+      shortest_edge[v] = last[old];
   }
-  std::vector<double> lengths = motion_.shortest_edge();
+  std::vector<double> lengths = shortest_edge;
   const auto common = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
   std::nth_element(lengths.begin(), common, lengths.end());
   common_median_edge_ = *common;
-  lengths = motion_.shortest_edge();
+  lengths = shortest_edge;
   median_edge_.clear();
   for (const StepTopology::BodyRecord& body : topology_.bodies()) {
     if (!body.soft) continue;

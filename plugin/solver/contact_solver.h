@@ -84,14 +84,14 @@ class ContactSolver {
   /// impulses, the pairs of bodies that press on each other, as find_pressed_pairs().
   void set_up(RowList& rows, const RowIslands& islands, const Motion& motion,
               Manner manner = Manner::full, Span<const BodyPair> pressed = {});
-  /// Goes on from the impulses of the last write(). The selected islands must be among
-  /// those of set_up(). Of all else that it took, only what links move may have changed:
-  /// Motion::solved and Motion::link_displacement.
+  /// Goes on from the impulses of the last write(). The selected islands must be among those of
+  /// set_up(). Of all else that it took, only what links move may have changed: Motion::solved and
+  /// Motion::link_displacement.
   void go_on();
 
   /// Runs the sweeps and returns their number. `sweeps`: normal limit. The limit is 4 x `sweeps` if
-  /// contacts approach slowly or rest, `sweeps` / 5 for split impulses, and `sweeps` / 10 in a
-  /// round. Stops earlier once sweeps change nothing visible.
+  /// contacts rest, `sweeps` / 5 for split impulses, and `sweeps` / 10 in a round. Stops earlier
+  /// once sweeps change nothing visible.
   int solve(int sweeps);
 
   /// Marks rows without an impulse that the last solution violates: they may need a split impulse.
