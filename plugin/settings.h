@@ -268,12 +268,16 @@ inline constexpr double min_speed = 3e-5;
 /// Sweeps also end when the change is below this fraction of the approach that the contacts stop.
 /// Where they meet fast, min_speed alone would take many sweeps for what nobody sees.
 inline constexpr double min_fraction = 3e-3;
-/// m/s. Contacts rest if, with last step's impulses, no row is violated by more than this, whatever
-/// the load. An error left there shows as creep, so they get more sweeps.
+/// m/s. Contacts that approach more slowly are at rest or soon will be. An error left there shows
+/// as creep, so they get more sweeps. Without them a robot that presses a cloth on a table pushes a
+/// node below its top (tests with PyBullet).
+inline constexpr double slow_approach = 0.25;
+/// m/s. Contacts also count as resting if, with last step's impulses, no row is violated by more
+/// than this, whatever the load.
 inline constexpr double resting_speed = 0.02;
 /// Of the load: sweeps of resting contacts also end when the change is below this.
 inline constexpr double min_fraction_at_rest = 1e-4;
-/// Factor of the number of sweeps for resting contacts. With less, what rests creeps.
+/// Factor of the number of sweeps for slow and for resting contacts. With less, what rests creeps.
 inline constexpr int resting_sweep_factor = 4;
 /// Divisor of the number of sweeps for split impulses. Gaps that are still too narrow are restored
 /// in the next steps.

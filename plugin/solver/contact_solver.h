@@ -90,8 +90,8 @@ class ContactSolver {
   void go_on();
 
   /// Runs the sweeps and returns their number. `sweeps`: normal limit. The limit is 4 x `sweeps` if
-  /// contacts rest, `sweeps` / 5 for split impulses, and `sweeps` / 10 in a round. Stops earlier
-  /// once sweeps change nothing visible.
+  /// contacts approach slowly or rest, `sweeps` / 5 for split impulses, and `sweeps` / 10 in a
+  /// round. Stops earlier once sweeps change nothing visible.
   int solve(int sweeps);
 
   /// Marks rows without an impulse that the last solution violates: they may need a split impulse.

@@ -156,7 +156,8 @@ class ContactSolver::Sweeps {
     } else if (s_.manner_ == Manner::round) {
       sweeps = std::max(1, sweeps / settings::solver::round_sweep_divisor);
       min_change = std::max(min_change, settings::solver::min_fraction * problem.largest.need);
-    } else if (problem.max_violation < settings::solver::resting_speed * dt) {
+    } else if (problem.largest.need < settings::solver::slow_approach * dt ||
+               problem.max_violation < settings::solver::resting_speed * dt) {
       const int factor = settings::solver::resting_sweep_factor;
       sweeps = std::min(sweeps, std::numeric_limits<int>::max() / factor) * factor;
       min_change =
