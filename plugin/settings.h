@@ -278,7 +278,7 @@ inline constexpr double resting_speed = 0.02;
 /// Of the load: sweeps of resting contacts also end when the change is below this.
 inline constexpr double min_fraction_at_rest = 1e-4;
 /// Factor of the number of sweeps for slow and for resting contacts. With less, what rests creeps.
-inline constexpr int resting_sweep_factor = 4;
+inline constexpr int slow_sweep_factor = 4;
 /// Divisor of the number of sweeps for split impulses. Gaps that are still too narrow are restored
 /// in the next steps.
 inline constexpr int split_sweep_divisor = 5;

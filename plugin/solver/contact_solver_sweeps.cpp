@@ -158,7 +158,7 @@ class ContactSolver::Sweeps {
       min_change = std::max(min_change, settings::solver::min_fraction * problem.largest.need);
     } else if (problem.largest.need < settings::solver::slow_approach * dt ||
                problem.max_violation < settings::solver::resting_speed * dt) {
-      const int factor = settings::solver::resting_sweep_factor;
+      const int factor = settings::solver::slow_sweep_factor;
       sweeps = std::min(sweeps, std::numeric_limits<int>::max() / factor) * factor;
       min_change =
           std::max(min_change, settings::solver::min_fraction_at_rest * problem.largest.need);
