@@ -1,5 +1,6 @@
 // Scenes after those that users reported as slow.
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
+#include <BulletSoftBody/btSoftBodyHelpers.h>
 
 #include <cmath>
 #include <functional>
@@ -91,6 +92,24 @@ void put_box_on_soft_ball(PhysicsWorld& world) {
   world.add_dynamic(make_box(0.4, 0.2, 0.4), at(0, 0.9, 0), 0.5);
 }
 
+// Soft balls as Bullet's own helper makes them, without pressure: bags with edges of many lengths.
+void drop_bags_into_box(PhysicsWorld& world) {
+  world.add_static(make_box(10, 1, 10), at(0, -0.5, 0));
+  for (const double side : {-1.0, 1.0}) {
+    world.add_static(make_box(0.2, 4, 2), at(0.7 * side, 2, 0));
+    world.add_static(make_box(2, 4, 0.2), at(0, 2, 0.7 * side));
+  }
+  for (int i = 0; i < 16; ++i) {
+    const btVector3 place = vector(i % 2 == 0 ? 0.3 : -0.3, 0.4 + 0.5 * (i / 4),  //
+                                   i / 2 % 2 == 0 ? 0.3 : -0.3);
+    std::unique_ptr<btSoftBody> bag(
+        btSoftBodyHelpers::CreateEllipsoid(world.info(), place, vector(0.2, 0.2, 0.2), 64));
+    bag->setTotalMass(btScalar(0.2), true);
+    bag->m_materials[0]->m_kLST = btScalar(0.5);
+    world.add(std::move(bag));
+  }
+}
+
 }  // namespace
 
 std::vector<CostScene> reported_scenes() {
@@ -109,6 +128,7 @@ std::vector<CostScene> reported_scenes() {
   add("skirt round walking legs", 2, walk_in_skirt);
   add("cloth of 21 x 21 on a box", 2, drop_cloth_on_box);
   add("box on a soft ball", 4, put_box_on_soft_ball);
+  add("sixteen bags in a box", 6, drop_bags_into_box);
   return scenes;
 }
 
