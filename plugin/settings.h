@@ -386,12 +386,12 @@ inline constexpr double min_link_speed = 0.25;
 /// so many. With one by iteration, more tetrahedra turn inside out than with Bullet, whose contacts
 /// let nodes sink in.
 inline constexpr int rounds_by_iteration = 2, min_rounds_in_contact = 8;
-/// Under load, links are solved again if one contact moves a node by more than this multiple of its
-/// shortest edge in the step. With half of it boxes on a pinned cloth do not come to rest; with
-/// twice of it a ball with pressure does not stay round (tests/long/numbers.md).
+/// Under load, links are solved again if contacts move a node by more than this multiple of the
+/// median edge of its body in the step. With half of it boxes on a pinned cloth do not come to
+/// rest; with twice of it a ball with pressure does not stay round (tests/long/numbers.md).
 inline constexpr double min_pushed_fraction = 0.7;
 inline constexpr int max_rounds_under_load = 4;
-/// Under weights the mean of how far they push counts, in shortest edges too. Rounds begin above
+/// Under weights the mean of how far they push counts, in median edges too. Rounds begin above
 /// the first value and go on above the second. Reason: the number of rounds is the stiffness of the
 /// body. If it followed the load, the body would throw the weight up, and nothing would rest.
 inline constexpr double min_weighed_fraction = 0.25, min_weighed_fraction_to_go_on = 0.05;

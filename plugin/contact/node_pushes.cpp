@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "settings.h"
 
@@ -59,18 +58,6 @@ double pressing_approach(const Side& side, const Motion& motion) {
          settings::links::min_part_of_gravity * fall.norm();
 }
 
-double largest_push(const Side& side, const Motion& motion) {
-  double largest = 0;
-  for (int k = side.first; k < side.last; ++k) {
-    const std::int32_t v = side.row->contact.vertices[k];
-    if (!motion.is_free(v) || motion.shortest_edge()[v] == 0) continue;
-    const double moved =
-        std::abs(side.row->weights[k]) * motion.inverse_mass()[v] * side.row->normal_impulse;
-    largest = std::max(largest, moved / motion.shortest_edge()[v]);
-  }
-  return largest;
-}
-
 // By soft vertex: how far contacts move it in the step, metres.
 ScratchVector<Vector3d> find_displacements(const std::vector<const ContactRow*>& rows,
                                            const Motion& motion) {
@@ -86,41 +73,43 @@ ScratchVector<Vector3d> find_displacements(const std::vector<const ContactRow*>&
   return displacements;
 }
 
+double largest_push(const Side& side, const ScratchVector<Vector3d>& displacements) {
+  double largest = 0;
+  for (int k = side.first; k < side.last; ++k)
+    largest = std::max(largest, displacements[side.row->contact.vertices[k]].norm());
+  return largest;
+}
+
 }  // namespace
 
 NodePushes find_node_pushes(const std::vector<const ContactRow*>& rows, const Motion& motion) {
   const std::size_t count = motion.rigid_of_body().size();
   NodePushes pushes{ScratchVector<double>(count, 0), ScratchVector<double>(count, 0),
                     ScratchVector<char>(count, 0)};
+  const ScratchVector<Vector3d> displacements = find_displacements(rows, motion);
   ScratchVector<Side> weighed;
   for (const ContactRow* const row : rows) {
     if (row->normal_impulse == 0) continue;
     for_each_soft_side(*row, motion, [&](const Side& side) {
       double& largest = pushes.largest[side.body];
-      largest = std::max(largest, largest_push(side, motion));
+      largest = std::max(largest, largest_push(side, displacements));
       if (has_weight(side, motion)) weighed.push_back(side);
     });
   }
-  if (weighed.empty()) return pushes;
-  const ScratchVector<Vector3d> displacements = find_displacements(rows, motion);
   ScratchVector<double> impulses(count, 0), approaches(count, 0);
   for (const Side& side : weighed) {
     Vector3d moved = Vector3d::Zero();
-    double shortest_edge = std::numeric_limits<double>::max();
-    for (int k = side.first; k < side.last; ++k) {
-      const std::int32_t v = side.row->contact.vertices[k];
-      moved += side.row->weights[k] * displacements[v];
-      if (motion.shortest_edge()[v] > 0)
-        shortest_edge = std::min(shortest_edge, motion.shortest_edge()[v]);
-    }
+    for (int k = side.first; k < side.last; ++k)
+      moved += side.row->weights[k] * displacements[side.row->contact.vertices[k]];
     const double impulse = side.row->normal_impulse;
     impulses[side.body] += impulse;
-    pushes.by_weights[side.body] +=
-        impulse * std::max(0.0, side.row->normal.dot(moved)) / shortest_edge;
+    pushes.by_weights[side.body] += impulse * std::max(0.0, side.row->normal.dot(moved));
     approaches[side.body] += impulse * pressing_approach(side, motion);
   }
-  for (std::size_t body = 0; body < count; ++body) {
-    if (impulses[body] > 0) pushes.by_weights[body] /= impulses[body];
+  for (std::size_t body = 0; body < motion.median_edge().size(); ++body) {
+    const double edge = motion.median_edge()[body];
+    if (edge > 0) pushes.largest[body] /= edge;
+    if (impulses[body] * edge > 0) pushes.by_weights[body] /= impulses[body] * edge;
     pushes.weights_press[body] = approaches[body] > 0;
   }
   return pushes;

@@ -176,9 +176,10 @@ double StepDetector::separation_for(double largest_thickness) const {
 
 std::vector<double> StepDetector::thickness_limits() const {
   std::vector<double> limits(topology_.bodies().size(), std::numeric_limits<double>::infinity());
-  for (std::size_t body = 0; separation_ > 0 && body < median_edge_.size(); ++body)
+  const std::vector<double>& median_edge = motion_.median_edge();
+  for (std::size_t body = 0; separation_ > 0 && body < median_edge.size(); ++body)
     limits[body] =
-        std::min(largest_thickness(), settings::detection::max_median_edges * median_edge_[body] /
+        std::min(largest_thickness(), settings::detection::max_median_edges * median_edge[body] /
                                           settings::detection::distance_factor);
   return limits;
 }
@@ -208,12 +209,12 @@ void StepDetector::measure_edges(const Topology& topology, const Renumbering& nu
   std::nth_element(lengths.begin(), common, lengths.end());
   common_median_edge_ = *common;
   lengths = shortest_edge;
-  median_edge_.clear();
+  motion_.input().median_edge.clear();
   for (const StepTopology::BodyRecord& body : topology_.bodies()) {
     if (!body.soft) continue;
     const auto first = lengths.begin() + body.first_vertex, middle = first + body.vertex_count / 2;
     std::nth_element(first, middle, first + body.vertex_count);
-    median_edge_.push_back(*middle);
+    motion_.input().median_edge.push_back(*middle);
   }
   self_separation_.assign(topology.vertex_count, std::numeric_limits<float>::infinity());
   for (std::int32_t v = 0; v < motion_.soft_count(); ++v)

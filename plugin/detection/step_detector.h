@@ -169,7 +169,6 @@ class StepDetector {
   /// Finds pairs within a thickness; null if no thickness is positive.
   std::unique_ptr<Detector> near_detector_;
   double separation_ = 0;  ///< separation of near_detector_, metres; not positive without it
-  std::vector<double> median_edge_;     ///< of each soft body, of Motion::shortest_edge; metres
   double common_median_edge_ = 0;       ///< of all: one distance is searched for all pairs
   std::vector<float> self_separation_;  ///< for Topology
   // What set_near_topology() set:

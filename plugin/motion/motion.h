@@ -109,6 +109,7 @@ struct StepInput {
   std::vector<Vector3d> velocity;  ///< by soft vertex: Bullet's, at the end of the step, m/s
   std::vector<double> rate;        ///< by soft vertex: velocity per displacement, with damping, 1/s
   std::vector<double> shortest_edge;  ///< by soft vertex: its shortest edge, metres
+  std::vector<double> median_edge;    ///< by soft body: the median of these, metres
   std::vector<RigidMotion> rigid;
   std::vector<std::int32_t> first_vertex,  ///< by body; one more element ends the last body
       rigid_of_body;                       ///< by body: index in `rigid`, or -1
@@ -141,6 +142,7 @@ class Motion {
   const std::vector<Vector3d>& velocity() const { return input_.velocity; }
   const std::vector<double>& rate() const { return input_.rate; }
   const std::vector<double>& shortest_edge() const { return input_.shortest_edge; }
+  const std::vector<double>& median_edge() const { return input_.median_edge; }
   const std::vector<RigidMotion>& rigid() const { return input_.rigid; }
   const std::vector<std::int32_t>& first_vertex() const { return input_.first_vertex; }
   const std::vector<std::int32_t>& rigid_of_body() const { return input_.rigid_of_body; }

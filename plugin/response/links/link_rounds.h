@@ -26,7 +26,7 @@ struct LinkSolver {
   /// When the links of a body are solved again.
   enum class Again {
     never,
-    /// Where contacts move a node by much of its shortest edge. There links are stretched most.
+    /// Where contacts move a node by much of an edge. There links are stretched most.
     where_pushed,
     /// That, and under a weight: a rigid body that is much heavier than the nodes that carry it. If
     /// links are solved before the contacts alone, one solution of them must move these nodes by as
