@@ -58,6 +58,18 @@ double pressing_approach(const Side& side, const Motion& motion) {
          settings::links::min_part_of_gravity * fall.norm();
 }
 
+// How far the contact moves a node of the side in the step, metres.
+double largest_push(const Side& side, const Motion& motion) {
+  double largest = 0;
+  for (int k = side.first; k < side.last; ++k) {
+    const std::int32_t v = side.row->contact.vertices[k];
+    if (motion.is_free(v))
+      largest = std::max(largest, std::abs(side.row->weights[k]) * motion.inverse_mass()[v] *
+                                      side.row->normal_impulse);
+  }
+  return largest;
+}
+
 // By soft vertex: how far contacts move it in the step, metres.
 ScratchVector<Vector3d> find_displacements(const std::vector<const ContactRow*>& rows,
                                            const Motion& motion) {
@@ -73,29 +85,23 @@ ScratchVector<Vector3d> find_displacements(const std::vector<const ContactRow*>&
   return displacements;
 }
 
-double largest_push(const Side& side, const ScratchVector<Vector3d>& displacements) {
-  double largest = 0;
-  for (int k = side.first; k < side.last; ++k)
-    largest = std::max(largest, displacements[side.row->contact.vertices[k]].norm());
-  return largest;
-}
-
 }  // namespace
 
 NodePushes find_node_pushes(const std::vector<const ContactRow*>& rows, const Motion& motion) {
   const std::size_t count = motion.rigid_of_body().size();
   NodePushes pushes{ScratchVector<double>(count, 0), ScratchVector<double>(count, 0),
                     ScratchVector<char>(count, 0)};
-  const ScratchVector<Vector3d> displacements = find_displacements(rows, motion);
   ScratchVector<Side> weighed;
   for (const ContactRow* const row : rows) {
     if (row->normal_impulse == 0) continue;
     for_each_soft_side(*row, motion, [&](const Side& side) {
       double& largest = pushes.largest[side.body];
-      largest = std::max(largest, largest_push(side, displacements));
+      largest = std::max(largest, largest_push(side, motion));
       if (has_weight(side, motion)) weighed.push_back(side);
     });
   }
+  const ScratchVector<Vector3d> displacements =
+      weighed.empty() ? ScratchVector<Vector3d>() : find_displacements(rows, motion);
   ScratchVector<double> impulses(count, 0), approaches(count, 0);
   for (const Side& side : weighed) {
     Vector3d moved = Vector3d::Zero();

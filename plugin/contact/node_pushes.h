@@ -13,7 +13,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// By body: displacement in the step by the impulses of contacts, as a multiple of
 /// Motion::median_edge.
 struct NodePushes {
-  /// Of the node that contacts together move the farthest.
+  /// Of the node that one contact moves the farthest.
   ScratchVector<double> largest;
   /// Of contacts with weights: mean over their impulses of how far all contacts together move the
   /// contact point. A weight is a dynamic rigid body or link that is much heavier than the nodes,
