@@ -100,8 +100,8 @@ NodePushes find_node_pushes(const std::vector<const ContactRow*>& rows, const Mo
       if (has_weight(side, motion)) weighed.push_back(side);
     });
   }
-  const ScratchVector<Vector3d> displacements =
-      weighed.empty() ? ScratchVector<Vector3d>() : find_displacements(rows, motion);
+  ScratchVector<Vector3d> displacements;
+  if (!weighed.empty()) displacements = find_displacements(rows, motion);
   ScratchVector<double> impulses(count, 0), approaches(count, 0);
   for (const Side& side : weighed) {
     Vector3d moved = Vector3d::Zero();
@@ -113,8 +113,8 @@ NodePushes find_node_pushes(const std::vector<const ContactRow*>& rows, const Mo
     approaches[side.body] += impulse * pressing_approach(side, motion);
   }
   for (std::size_t body = 0; body < motion.median_edge().size(); ++body) {
-    const double edge = motion.median_edge()[body];
-    if (edge > 0) pushes.largest[body] /= edge;
+    const double edge = motion.median_edge()[body];  // infinite if most nodes have none
+    if (edge > 0 && std::isfinite(edge)) pushes.largest[body] /= edge;
     if (impulses[body] * edge > 0) pushes.by_weights[body] /= impulses[body] * edge;
     pushes.weights_press[body] = approaches[body] > 0;
   }
